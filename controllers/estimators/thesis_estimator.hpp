@@ -1,0 +1,29 @@
+#pragma once
+
+#include "controllers/timing.hpp"
+#include "core/rt/io.hpp"
+#include "core/signal/filters.hpp"
+
+namespace solenoid {
+
+/// The thesis's state estimate (5.3): position through the 50 Hz Butterworth filter, velocity as its backward
+/// difference, pressures as measured. Its lag of about 4.5 ms is part of the thesis's results (model.md, E13).
+class ThesisEstimator {
+ public:
+  ActuatorState update(const Sensors& sensors) {
+    if (!started_) {
+      filter_.reset(sensors.position_m);
+      difference_.reset(sensors.position_m);
+      started_ = true;
+    }
+    const double y = filter_.step(sensors.position_m);
+    return {y, difference_.step(y), sensors.pressure_a_pa, sensors.pressure_b_pa};
+  }
+
+ private:
+  Butterworth2 filter_{50.0, 1.0 / tick_s};
+  BackwardDifference difference_{tick_s};
+  bool started_ = false;
+};
+
+}  // namespace solenoid

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "controllers/variant.hpp"
+#include "core/actuator/dynamics.hpp"
+#include "core/mpc/solver.hpp"
+#include "core/rt/controller.hpp"
+#include "core/safety/limits.hpp"
+
+#include <memory>
+
+namespace solenoid {
+
+/// The controller of a variant, tracking `reference`, with the arm in `plane`. Throws ConfigError or
+/// std::invalid_argument for impossible combinations.
+std::unique_ptr<Controller> make_controller(const VariantConfig& variant, const Trajectory& reference, Plane plane);
+
+/// The problem a variant poses in each period, without state and reference.
+Problem<PneumaticActuator> make_problem(const VariantConfig& variant, Plane plane);
+
+/// The variant's search by name, one of VariantChoices::solvers().
+std::unique_ptr<Solver<PneumaticActuator>> make_solver(const std::string& name);
+
+/// The exit every command of this variant passes.
+CommandLimits make_limits(const VariantConfig& variant);
+
+}  // namespace solenoid

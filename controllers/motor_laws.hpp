@@ -1,0 +1,53 @@
+#pragma once
+
+#include "core/actuator/dynamics.hpp"
+#include "core/reference/trajectory.hpp"
+
+namespace solenoid {
+
+/// Gains of both motor laws; the thesis's values are those of section 7.2.
+struct MotorGains {
+  double proportional = 23000.0;  ///< K_pe [N/m]
+  double derivative = 400.0;      ///< K_de [N s/m]
+};
+
+/// PD law (5.14): F = K_pe (y_d - y) + K_de (v_d - v), saturated.
+class PdMotor {
+ public:
+  PdMotor(const PneumaticActuator& model, const MotorGains& gains) : model_(model), gains_(gains) {}
+  double force(const ReferenceSample& desired, const ActuatorState& x) const {
+    return model_.saturated_motor_force(gains_.proportional * (desired.position - x[position]) +
+                                        gains_.derivative * (desired.velocity - x[velocity]));
+  }
+
+ private:
+  PneumaticActuator model_;
+  MotorGains gains_;
+};
+
+/// Inverse dynamics (5.12): the PD law plus m_eq a_d - F_cyl - F_grav + F_fric of the believed model, saturated.
+/// Friction is F_cf sign(v) + C_vf v, none at rest.
+class InverseDynamicsMotor {
+ public:
+  InverseDynamicsMotor(const PneumaticActuator& model, const MotorGains& gains) : model_(model), gains_(gains) {}
+  double force(const ReferenceSample& desired, const ActuatorState& x) const {
+    const ActuatorParameters& p = model_.parameters();
+    const double v = x[velocity];
+    const double friction = p.coulomb_friction_n * ((v > 0) - (v < 0)) + p.viscous_friction * v;
+    return model_.saturated_motor_force(
+        p.equivalent_mass_kg() * desired.acceleration + gains_.proportional * (desired.position - x[position]) +
+        gains_.derivative * (desired.velocity - x[velocity]) - model_.cylinder_force(x[pressure_a], x[pressure_b]) -
+        model_.gravity_force(x[position]) + friction);
+  }
+
+ private:
+  PneumaticActuator model_;
+  MotorGains gains_;
+};
+
+/// No motor: the cylinder alone.
+struct NoMotor {
+  double force(const ReferenceSample&, const ActuatorState&) const { return 0.0; }
+};
+
+}  // namespace solenoid

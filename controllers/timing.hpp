@@ -1,0 +1,10 @@
+#pragma once
+
+namespace solenoid {
+
+/// Sampling of the thesis (chapter 5): estimators, motor law and model step run at T_s, the valves' search at T_sp.
+inline constexpr double tick_s = 0.001;
+inline constexpr int ticks_per_period = 5;
+inline constexpr double period_s = tick_s * ticks_per_period;
+
+}  // namespace solenoid

@@ -1,0 +1,113 @@
+#include "controllers/variant.hpp"
+
+#include "controllers/timing.hpp"
+#include "core/actuator/valves.hpp"
+#include "core/config/reader.hpp"
+
+#include <filesystem>
+#include <numeric>
+
+#include <fmt/format.h>
+
+namespace solenoid {
+
+const std::vector<std::string>& VariantChoices::estimators() {
+  static const std::vector<std::string> names = {"thesis"};
+  return names;
+}
+const std::vector<std::string>& VariantChoices::solvers() {
+  static const std::vector<std::string> names = {"exhaustive"};
+  return names;
+}
+const std::vector<std::string>& VariantChoices::motors() {
+  static const std::vector<std::string> names = {"none", "pd", "inverse_dynamics"};
+  return names;
+}
+
+namespace {
+
+void read_model(TableReader& table, VariantConfig& v) {
+  if (table.is_table("model")) {
+    v.model = "table";
+    TableReader parameters = table.table("model");
+    v.believed = read_parameters(parameters);
+    return;
+  }
+  v.model = table.text_or("model", v.model);
+  if (v.model.ends_with(".toml")) {
+    v.believed = read_parameters_file((std::filesystem::path(table.folder()) / v.model).string());
+    return;
+  }
+  try {
+    v.believed = named_parameters(v.model);
+  } catch (const std::invalid_argument& error) {
+    table.fail("model", fmt::format("{}, or a file of parameters ending in .toml", error.what()));
+  }
+}
+
+void read_horizon(TableReader& table, VariantConfig& v) {
+  if (!table.has("horizon")) return;
+  TableReader horizon = table.table("horizon");
+  v.steps = horizon.integer_or("steps", v.steps, 1, 1000);
+  v.blocks = horizon.has("blocks") ? horizon.integers("blocks", 1, 200) : std::vector<int>{};
+  horizon.finish();
+  if (v.blocks.empty()) return;
+  const int periods = std::accumulate(v.blocks.begin(), v.blocks.end(), 0);
+  if (periods * ticks_per_period != v.steps)
+    horizon.fail("blocks",
+                 fmt::format("{} periods of {} steps are not the horizon's {} steps (allowed: blocks that add "
+                             "up to steps / {}, or none for one block)",
+                             periods, ticks_per_period, v.steps, ticks_per_period));
+}
+
+void read_cost(TableReader& table, VariantConfig& v) {
+  if (!table.has("cost")) return;
+  TableReader cost = table.table("cost");
+  const Range weight = Range::non_negative();
+  v.position_weight = cost.number_or("position", v.position_weight, weight);
+  v.velocity_weight = cost.number_or("velocity", v.velocity_weight, weight);
+  v.switching_weight = cost.number_or("switching", v.switching_weight, weight);
+  v.air_weight = cost.number_or("air", v.air_weight, weight);
+  v.terminal_position_weight = cost.number_or("terminal_position", v.terminal_position_weight, weight);
+  v.terminal_velocity_weight = cost.number_or("terminal_velocity", v.terminal_velocity_weight, weight);
+  cost.finish();
+}
+
+void read_integral(TableReader& table, VariantConfig& v) {
+  if (!table.has("integral")) return;
+  TableReader integral = table.table("integral");
+  v.integral.gain = integral.number_or("gain", v.integral.gain, Range::non_negative());
+  v.integral.forgetting = integral.number_or("forgetting", v.integral.forgetting, Range::between(0.0, 1.0));
+  v.integral.limit_m = integral.number_or("limit_m", v.integral.limit_m, Range::positive());
+  integral.finish();
+}
+
+void read_motor(TableReader& table, VariantConfig& v) {
+  v.motor = table.text_or("motor", v.motor, VariantChoices::motors());
+  if (!table.has("motor_gains")) return;
+  TableReader gains = table.table("motor_gains");
+  v.motor_gains.proportional = gains.number_or("proportional", v.motor_gains.proportional, Range::non_negative());
+  v.motor_gains.derivative = gains.number_or("derivative", v.motor_gains.derivative, Range::non_negative());
+  gains.finish();
+}
+
+}  // namespace
+
+VariantConfig read_variant(TableReader& table, const std::string& name) {
+  VariantConfig v;
+  v.name = name;
+  v.summary = table.text_or("summary", "");
+  v.valves = table.text_or("valves", v.valves, valve_configurations());
+  v.estimator = table.text_or("estimator", v.estimator, VariantChoices::estimators());
+  v.solver = table.text_or("solver", v.solver, VariantChoices::solvers());
+  if (table.has("deadline_ms")) v.deadline_ms = table.number("deadline_ms", Range::positive());
+  read_model(table, v);
+  read_horizon(table, v);
+  read_cost(table, v);
+  read_integral(table, v);
+  read_motor(table, v);
+  table.finish();
+  return v;
+}
+
+}  // namespace solenoid

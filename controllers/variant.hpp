@@ -1,0 +1,46 @@
+#pragma once
+
+#include "controllers/integral_offset.hpp"
+#include "controllers/motor_laws.hpp"
+#include "core/actuator/parameters.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace solenoid {
+
+class TableReader;
+
+/// A controller as data: one [variant.NAME] table. The defaults are the thesis's DMPC without integral action.
+struct VariantConfig {
+  std::string name;
+  std::string summary;  ///< one line for `list`
+  std::string valves = "three_way";
+  std::string model = "consistent";  ///< a parameter set's name, or a file of parameters
+  ActuatorParameters believed;       ///< `model`, read
+  std::string estimator = "thesis";
+  std::string solver = "exhaustive";
+  int steps = 100;                 ///< N_p, model steps of 1 ms
+  std::vector<int> blocks = {20};  ///< 5 ms periods each; empty: one block of all steps
+  double position_weight = 1.0, velocity_weight = 0.0, switching_weight = 0.0, air_weight = 0.0;
+  double terminal_position_weight = 0.0, terminal_velocity_weight = 0.0;
+  IntegralSettings integral;
+  std::string motor = "none";
+  MotorGains motor_gains;
+  std::optional<double> deadline_ms;  ///< budget of one solve; none: to the end
+
+  bool hybrid() const { return motor != "none"; }
+};
+
+/// Values a variant's keys may take, for checks and help.
+struct VariantChoices {
+  static const std::vector<std::string>& estimators();
+  static const std::vector<std::string>& solvers();
+  static const std::vector<std::string>& motors();
+};
+
+/// Reads one variant. Throws ConfigError with file, line, key and what is allowed.
+VariantConfig read_variant(TableReader& table, const std::string& name);
+
+}  // namespace solenoid

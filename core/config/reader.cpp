@@ -1,0 +1,224 @@
+#include "core/config/reader.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <toml++/toml.h>
+
+namespace solenoid {
+
+std::string Range::text() const {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  if (low == -infinity && high == infinity) return "a finite number";
+  if (high == infinity) return fmt::format("a number {} {}", open_low ? ">" : ">=", low);
+  if (low == -infinity) return fmt::format("a number <= {}", high);
+  return fmt::format("a number from {}{} to {}", open_low ? "above " : "", low, high);
+}
+
+/// A table with the document that keeps it alive.
+struct TableReader::Node {
+  std::shared_ptr<toml::table> document;
+  const toml::table* table = nullptr;
+  std::string file;
+  std::string prefix;  // dotted path of the table
+  std::set<std::string, std::less<>> known;
+
+  const toml::node* find(const std::string& key) {
+    known.insert(key);
+    return table->get(key);
+  }
+  std::string path(const std::string& key) const { return prefix.empty() ? key : prefix + "." + key; }
+};
+
+TableReader::TableReader(std::unique_ptr<Node> node) : node_(std::move(node)) {}
+TableReader::~TableReader() = default;
+TableReader::TableReader(TableReader&&) noexcept = default;
+TableReader& TableReader::operator=(TableReader&&) noexcept = default;
+
+TableReader TableReader::from_text(const std::string& text, const std::string& name) {
+  auto node = std::make_unique<Node>();
+  node->file = name;
+  try {
+    node->document = std::make_shared<toml::table>(toml::parse(text, name));
+  } catch (const toml::parse_error& error) {
+    throw ConfigError(fmt::format("{}:{}: not valid TOML: {}", name, error.source().begin.line, error.description()));
+  }
+  node->table = node->document.get();
+  return TableReader(std::move(node));
+}
+
+TableReader TableReader::from_file(const std::string& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored))
+    throw ConfigError(fmt::format("{}: is a folder (allowed: a readable TOML file)", path));
+  std::ifstream in(path);
+  std::ostringstream text;
+  if (in) text << in.rdbuf();
+  if (!in) throw ConfigError(fmt::format("{}: cannot be read (allowed: a readable TOML file)", path));
+  return from_text(text.str(), path);
+}
+
+const std::string& TableReader::file() const { return node_->file; }
+
+std::string TableReader::folder() const { return std::filesystem::path(node_->file).parent_path().string(); }
+
+std::string TableReader::where(const std::string& key) const {
+  const toml::node* found = key.empty() ? nullptr : node_->table->get(key);
+  const auto line = (found ? found->source() : node_->table->source()).begin.line;
+  return fmt::format("{}:{}", node_->file, line);
+}
+
+void TableReader::fail(const std::string& key, const std::string& problem) const {
+  throw ConfigError(fmt::format("{}: key '{}': {}", where(key), node_->path(key), problem));
+}
+
+bool TableReader::has(const std::string& key) { return node_->find(key) != nullptr; }
+
+bool TableReader::is_table(const std::string& key) {
+  const toml::node* found = node_->find(key);
+  return found && found->is_table();
+}
+
+std::vector<std::string> TableReader::keys() const {
+  std::vector<std::string> names;
+  for (const auto& [key, value] : *node_->table) names.emplace_back(key.str());
+  return names;
+}
+
+double TableReader::number(const std::string& key, Range range) {
+  const toml::node* found = node_->find(key);
+  if (!found) fail(key, fmt::format("missing (allowed: {})", range.text()));
+  if (!found->is_number()) fail(key, fmt::format("wrong type (allowed: {})", range.text()));
+  const double value = *found->value<double>();
+  if (!std::isfinite(value) || !range.contains(value))
+    fail(key, fmt::format("{} is refused (allowed: {})", value, range.text()));
+  return value;
+}
+
+double TableReader::number_or(const std::string& key, double fallback, Range range) {
+  return has(key) ? number(key, range) : fallback;
+}
+
+int TableReader::integer(const std::string& key, int low, int high) {
+  const std::string allowed = fmt::format("a whole number from {} to {}", low, high);
+  const toml::node* found = node_->find(key);
+  if (!found) fail(key, fmt::format("missing (allowed: {})", allowed));
+  if (!found->is_integer()) fail(key, fmt::format("wrong type (allowed: {})", allowed));
+  const auto value = *found->value<std::int64_t>();
+  if (value < low || value > high) fail(key, fmt::format("{} is refused (allowed: {})", value, allowed));
+  return static_cast<int>(value);
+}
+
+int TableReader::integer_or(const std::string& key, int fallback, int low, int high) {
+  return has(key) ? integer(key, low, high) : fallback;
+}
+
+bool TableReader::boolean_or(const std::string& key, bool fallback) {
+  const toml::node* found = node_->find(key);
+  if (!found) return fallback;
+  if (!found->is_boolean()) fail(key, "wrong type (allowed: true, false)");
+  return *found->value<bool>();
+}
+
+std::string TableReader::text(const std::string& key, const std::vector<std::string>& allowed) {
+  const std::string words = allowed.empty() ? "a text" : fmt::format("{}", fmt::join(allowed, ", "));
+  const toml::node* found = node_->find(key);
+  if (!found) fail(key, fmt::format("missing (allowed: {})", words));
+  if (!found->is_string()) fail(key, fmt::format("wrong type (allowed: {})", words));
+  std::string value = *found->value<std::string>();
+  if (!allowed.empty() && std::find(allowed.begin(), allowed.end(), value) == allowed.end())
+    fail(key, fmt::format("'{}' is not known (allowed: {})", value, words));
+  return value;
+}
+
+std::string TableReader::text_or(const std::string& key, const std::string& fallback,
+                                 const std::vector<std::string>& allowed) {
+  return has(key) ? text(key, allowed) : fallback;
+}
+
+namespace {
+
+template <class T, class Check>
+std::vector<T> read_array(const toml::node* found, const std::function<void(const std::string&)>& fail,
+                          const std::string& allowed, Check check) {
+  if (!found || !found->is_array())
+    fail(fmt::format("{} (allowed: a list of {})", found ? "wrong type" : "missing", allowed));
+  std::vector<T> values;
+  for (const toml::node& item : *found->as_array()) {
+    const std::optional<T> value = check(item);
+    if (!value) fail(fmt::format("entry {} is refused (allowed: a list of {})", values.size() + 1, allowed));
+    values.push_back(*value);
+  }
+  return values;
+}
+
+}  // namespace
+
+std::vector<int> TableReader::integers(const std::string& key, int low, int high) {
+  return read_array<int>(
+      node_->find(key), [&](const std::string& problem) { fail(key, problem); },
+      fmt::format("whole numbers from {} to {}", low, high),
+      [&](const toml::node& item) -> std::optional<int> {
+        if (!item.is_integer()) return std::nullopt;
+        const auto value = *item.value<std::int64_t>();
+        if (value < low || value > high) return std::nullopt;
+        return static_cast<int>(value);
+      });
+}
+
+std::vector<double> TableReader::numbers(const std::string& key, Range range) {
+  return read_array<double>(
+      node_->find(key), [&](const std::string& problem) { fail(key, problem); }, "numbers, each " + range.text(),
+      [&](const toml::node& item) -> std::optional<double> {
+        if (!item.is_number()) return std::nullopt;
+        const double value = *item.value<double>();
+        if (!std::isfinite(value) || !range.contains(value)) return std::nullopt;
+        return value;
+      });
+}
+
+std::vector<std::string> TableReader::texts(const std::string& key) {
+  return read_array<std::string>(
+      node_->find(key), [&](const std::string& problem) { fail(key, problem); }, "texts",
+      [](const toml::node& item) { return item.value_exact<std::string>(); });
+}
+
+TableReader TableReader::table(const std::string& key) {
+  const toml::node* found = node_->find(key);
+  if (!found || !found->is_table()) fail(key, found ? "wrong type (allowed: a table)" : "missing (allowed: a table)");
+  auto node = std::make_unique<Node>();
+  node->document = node_->document;
+  node->table = found->as_table();
+  node->file = node_->file;
+  node->prefix = node_->path(key);
+  return TableReader(std::move(node));
+}
+
+std::vector<TableReader> TableReader::tables(const std::string& key) {
+  const toml::node* found = node_->find(key);
+  std::vector<TableReader> all;
+  if (!found) return all;
+  if (!found->is_array()) fail(key, fmt::format("wrong type (allowed: tables, each headed [[{}]])", key));
+  for (const toml::node& item : *found->as_array()) {
+    if (!item.is_table()) fail(key, fmt::format("wrong type (allowed: tables, each headed [[{}]])", key));
+    auto node = std::make_unique<Node>();
+    node->document = node_->document;
+    node->table = item.as_table();
+    node->file = node_->file;
+    node->prefix = fmt::format("{}[{}]", node_->path(key), all.size());
+    all.push_back(TableReader(std::move(node)));
+  }
+  return all;
+}
+
+void TableReader::finish() {
+  for (const auto& [key, value] : *node_->table)
+    if (!node_->known.contains(key.str()))
+      fail(std::string(key.str()), fmt::format("not known (allowed: {})", fmt::join(node_->known, ", ")));
+}
+
+}  // namespace solenoid

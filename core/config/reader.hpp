@@ -1,0 +1,81 @@
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace solenoid {
+
+/// A configuration that cannot be used: one line with file, line, key and what is allowed.
+class ConfigError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Inclusive range of a number, with the words an error uses for it.
+struct Range {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool open_low = false;  ///< low itself is excluded
+
+  static Range any() { return {}; }
+  static Range positive() { return {0.0, std::numeric_limits<double>::infinity(), true}; }
+  static Range non_negative() { return {0.0}; }
+  static Range between(double low, double high) { return {low, high}; }
+  bool contains(double value) const { return value <= high && (open_low ? value > low : value >= low); }
+  std::string text() const;
+};
+
+/// One table of a TOML document, read key by key: every getter checks type and range, and finish() refuses the keys
+/// that nobody asked for. All errors are ConfigErrors of the form `file:line: key 'a.b': problem (allowed: ...)`.
+class TableReader {
+ public:
+  /// Reads a file. Throws ConfigError if it cannot be read or is not TOML.
+  static TableReader from_file(const std::string& path);
+  static TableReader from_text(const std::string& text, const std::string& name);
+  ~TableReader();
+  TableReader(TableReader&&) noexcept;
+  TableReader& operator=(TableReader&&) noexcept;
+
+  bool has(const std::string& key);
+  bool is_table(const std::string& key);
+  std::vector<std::string> keys() const;
+
+  double number(const std::string& key, Range range = Range::any());
+  double number_or(const std::string& key, double fallback, Range range = Range::any());
+  int integer(const std::string& key, int low, int high);
+  int integer_or(const std::string& key, int fallback, int low, int high);
+  bool boolean_or(const std::string& key, bool fallback);
+  /// `allowed` empty: any text.
+  std::string text(const std::string& key, const std::vector<std::string>& allowed = {});
+  std::string text_or(const std::string& key, const std::string& fallback,
+                      const std::vector<std::string>& allowed = {});
+  std::vector<int> integers(const std::string& key, int low, int high);
+  std::vector<double> numbers(const std::string& key, Range range = Range::any());
+  std::vector<std::string> texts(const std::string& key);
+  TableReader table(const std::string& key);
+  std::vector<TableReader> tables(const std::string& key);  ///< an array of tables ([[key]]); empty if absent
+
+  /// Refuses keys that no getter was asked for.
+  void finish();
+
+  /// Throws the ConfigError of this key.
+  [[noreturn]] void fail(const std::string& key, const std::string& problem) const;
+  /// `file:line` of the key, or of the table.
+  std::string where(const std::string& key = "") const;
+  const std::string& file() const;
+  /// The folder that relative paths in this document start from.
+  std::string folder() const;
+
+ private:
+  struct Node;
+  explicit TableReader(std::unique_ptr<Node> node);
+  std::unique_ptr<Node> node_;
+};
+
+}  // namespace solenoid

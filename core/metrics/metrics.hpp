@@ -1,0 +1,41 @@
+#pragma once
+
+#include "core/rt/recorder.hpp"
+
+#include <span>
+#include <vector>
+
+namespace solenoid {
+
+/// Order statistics of a sample [same unit as the sample]; all 0 for an empty one.
+struct Percentiles {
+  double p50 = 0, p90 = 0, p99 = 0, p999 = 0, max = 0;
+};
+/// Nearest-rank percentiles. Sorts its argument.
+Percentiles percentiles(std::vector<double>& sample);
+
+/// How a run went: section 6.3 of the thesis and beyond. Errors are y_d - y [mm].
+struct Metrics {
+  double rmse_mm = 0, mae_mm = 0;                    ///< true position, whole run
+  double rmse_measured_mm = 0, mae_measured_mm = 0;  ///< measured and filtered position (model.md, E13)
+  double sse_mean_abs_mm = 0;                        ///< steady part: mean |error|
+  double sse_abs_mean_mm = 0;                        ///< steady part: |mean error| (model.md, E11)
+  double sse_max_abs_mm = 0;                         ///< steady part: max |error|, the reading of tables 5-2 to 5-4
+  double ssa_mm = 0;                                 ///< steady part: max y - min y
+  double itae = 0;                                   ///< integral of t |error| [mm s2]
+  double overshoot_percent = 0;                      ///< beyond the last desired position, relative to the whole move
+  int coil_switches = 0;
+  double switches_per_s = 0;
+  double air_g = 0, air_nl = 0;  ///< supply air; normal litres at 0 C and 101 325 Pa (DIN 1343)
+  double motor_rms_n = 0;
+  Percentiles solve_us;
+  int deadline_misses = 0;
+  double proven_optimal_fraction = 0;  ///< of the solves
+  bool finite = true;                  ///< false if any state was not: the run is unstable and its numbers mean nothing
+};
+
+/// `deadline_us`: a solve longer than this is a miss.
+Metrics evaluate_run(std::span<const TickRecord> ticks, const Trajectory& trajectory, double tick_s, double air_kg,
+                     double deadline_us);
+
+}  // namespace solenoid

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <chrono>
+
+namespace solenoid {
+
+/// A moment on the monotonic clock that a solver must not outlast.
+class Deadline {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  static Deadline never() { return Deadline(Clock::time_point::max()); }
+  static Deadline after(std::chrono::nanoseconds budget) { return Deadline(Clock::now() + budget); }
+
+  explicit Deadline(Clock::time_point moment) : moment_(moment) {}
+  bool passed() const { return moment_ != Clock::time_point::max() && Clock::now() >= moment_; }
+
+ private:
+  Clock::time_point moment_;
+};
+
+}  // namespace solenoid

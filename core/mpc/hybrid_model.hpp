@@ -1,0 +1,49 @@
+#pragma once
+
+#include "core/mpc/scalar.hpp"
+
+#include <concepts>
+#include <cstddef>
+
+namespace solenoid {
+
+/// A discrete-time system with switched and continuous inputs,
+///
+///     x[j+1] = step(x[j], s[j], u[j], dt),     z[j] = output(x[j])
+///
+/// shapes   x: state_size    s: switched_size, real numbers (a mode is a point, see ModeSet)
+///          u: continuous_size    z: output_size
+/// promise  step and output are generic over the scalar, free of allocation and exceptions, and branch through select.
+template <class M>
+concept HybridModel = requires(const M& model, const Vector<double, M::state_size>& state,
+                               const Vector<double, M::switched_size>& switched,
+                               const Vector<double, M::continuous_size>& continuous, double dt) {
+  { model.template step<double>(state, switched, continuous, dt) } -> std::same_as<Vector<double, M::state_size>>;
+  { model.template output<double>(state) } -> std::same_as<Vector<double, M::output_size>>;
+};
+
+/// Optional: a rate that the cost may weigh, integrated over the prediction [unit/s].
+template <class M>
+concept HasConsumption = requires(const M& model, const Vector<double, M::state_size>& state,
+                                  const Vector<double, M::switched_size>& switched) {
+  { model.template consumption<double>(state, switched) } -> std::same_as<double>;
+};
+
+/// Optional: a pre-stabilising law inside the prediction. The continuous input applied in a step is
+/// feedback(x, reference) plus the plan's own share; the model saturates the sum.
+template <class M>
+concept HasFeedback = requires(const M& model, const Vector<double, M::state_size>& state,
+                               const Vector<double, M::output_size>& reference) {
+  { model.template feedback<double>(state, reference) } -> std::same_as<Vector<double, M::continuous_size>>;
+};
+
+template <class M>
+using StateOf = Vector<double, M::state_size>;
+template <class M>
+using SwitchedOf = Vector<double, M::switched_size>;
+template <class M>
+using ContinuousOf = Vector<double, M::continuous_size>;
+template <class M>
+using OutputOf = Vector<double, M::output_size>;
+
+}  // namespace solenoid

@@ -1,0 +1,129 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace solenoid {
+
+/// The on/off state of every switch, one bit each: bit c is switch c.
+using SwitchPattern = std::uint32_t;
+
+/// Switches (coils) a ModeSet may have.
+inline constexpr std::size_t max_switches = 8;
+/// Longest delay or dwell of a switch, in model steps.
+inline constexpr int max_delay_steps = 62;
+
+/// A binary switch and its timing: a commanded rising (falling) edge takes effect rise_delay_s (fall_delay_s) later,
+/// and the command may change again only min_dwell_s after its last change.
+struct Switch {
+  std::string name;
+  double rise_delay_s = 0.0;
+  double fall_delay_s = 0.0;
+  double min_dwell_s = 0.0;
+};
+
+/// An allowed pattern, by name.
+struct Mode {
+  std::string name;
+  SwitchPattern pattern = 0;
+};
+
+/// The finite set of switch patterns that may be commanded, and the affine map from switch states b to the model's
+/// switched inputs: s = offset + sum_c gain[c] b_c. The map is defined for every pattern, commanded or only passed
+/// through while edges are in flight. Pure data, immutable once built.
+class ModeSet {
+ public:
+  /// gain[c] and offset have the model's switched_size entries. Throws std::invalid_argument, naming what is wrong.
+  ModeSet(std::string name, std::vector<Switch> switches, std::vector<Mode> modes, std::vector<double> offset,
+          std::vector<std::vector<double>> gain);
+
+  const std::string& name() const { return name_; }
+  int switch_count() const { return static_cast<int>(switches_.size()); }
+  int size() const { return static_cast<int>(modes_.size()); }
+  std::span<const Switch> switches() const { return switches_; }
+  std::span<const Mode> modes() const { return modes_; }
+  SwitchPattern pattern(int mode) const { return modes_[static_cast<std::size_t>(mode)].pattern; }
+  std::size_t switched_size() const { return offset_.size(); }
+  /// The model's switched inputs at any pattern; switched_size() numbers.
+  std::span<const double> point(SwitchPattern pattern) const;
+  /// The mode that commands `pattern`, or -1.
+  int find(SwitchPattern pattern) const;
+  /// The same modes with every delay multiplied by factor >= 0 (a plant whose valves are slower than believed).
+  ModeSet with_delays_scaled(double factor) const;
+
+ private:
+  std::string name_;
+  std::vector<Switch> switches_;
+  std::vector<Mode> modes_;
+  std::vector<double> offset_;
+  std::vector<double> points_;  // switched_size numbers for each of 2^switches patterns
+};
+
+/// A ModeSet's timing in steps of dt.
+struct SwitchTiming {
+  /// Rounds each time to whole steps; throws std::invalid_argument beyond max_delay_steps.
+  SwitchTiming() = default;
+  SwitchTiming(const ModeSet& modes, double dt);
+  int switches = 0;
+  std::array<int, max_switches> rise{}, fall{}, dwell{};
+  int longest_delay = 0;
+};
+
+/// The commands in flight. For each switch a line of effective states: bit i is its state i steps from now, the last
+/// bit its state from then on. A command overwrites the line from its delay onwards; so edges are delayed each on its
+/// own, and a pulse shorter than its delay is swallowed.
+class SwitchLines {
+ public:
+  SwitchLines() = default;
+  /// Every switch settled at `pattern`, free to change.
+  explicit SwitchLines(SwitchPattern pattern);
+
+  void command(SwitchPattern pattern, const SwitchTiming& timing) {
+    SwitchPattern changed = pattern ^ commanded_;
+    commanded_ = pattern;
+    for (std::size_t c = 0; changed != 0; ++c, changed >>= 1) {
+      if ((changed & 1u) == 0) continue;
+      const bool on = (pattern >> c) & 1u;
+      const std::int64_t from = -(std::int64_t{1} << (on ? timing.rise[c] : timing.fall[c]));
+      line_[c] = on ? (line_[c] | from) : (line_[c] & ~from);
+      age_[c] = 0;
+    }
+  }
+  /// The pattern in effect `ahead` steps from now.
+  SwitchPattern effective(int ahead = 0) const {
+    const int bit = ahead < 63 ? ahead : 63;
+    SwitchPattern pattern = 0;
+    for (std::size_t c = 0; c < max_switches; ++c) pattern |= static_cast<SwitchPattern>((line_[c] >> bit) & 1) << c;
+    return pattern;
+  }
+  void advance(int steps) {
+    const int shift = steps < 63 ? steps : 63;
+    for (std::size_t c = 0; c < max_switches; ++c) {
+      line_[c] >>= shift;
+      age_[c] = age_[c] + steps < max_age ? age_[c] + steps : max_age;
+    }
+  }
+  /// Whether every switch that would change has dwelt long enough.
+  bool may_command(SwitchPattern pattern, const SwitchTiming& timing) const {
+    SwitchPattern changed = pattern ^ commanded_;
+    for (std::size_t c = 0; changed != 0; ++c, changed >>= 1)
+      if ((changed & 1u) != 0 && age_[c] < timing.dwell[c]) return false;
+    return true;
+  }
+  /// Steps from now after which no switch changes on its own any more.
+  int settled_after() const;
+  SwitchPattern commanded() const { return commanded_; }
+
+  bool operator==(const SwitchLines&) const = default;
+
+ private:
+  static constexpr int max_age = 1 << 20;
+  std::array<std::int64_t, max_switches> line_{};
+  std::array<int, max_switches> age_{max_age, max_age, max_age, max_age, max_age, max_age, max_age, max_age};
+  SwitchPattern commanded_ = 0;
+};
+
+}  // namespace solenoid

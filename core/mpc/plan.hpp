@@ -1,0 +1,69 @@
+#pragma once
+
+#include "core/mpc/problem.hpp"
+
+#include <cstdint>
+#include <limits>
+#include <string_view>
+#include <vector>
+
+namespace solenoid {
+
+/// How a solve ended, and whether its plan may be applied.
+enum class Status : std::uint8_t {
+  optimal,            ///< proven to the solver's tolerance; apply
+  feasible,           ///< a local or rounded solution without a certificate; apply
+  deadline_reached,   ///< stopped by the deadline with its best plan; apply, the bound says what may be missing
+  iteration_limit,    ///< stopped by its iteration limit with its best plan; apply with care
+  infeasible,         ///< no sequence satisfies bounds and dwell; the plan holds the current mode: fall back
+  numerical_failure,  ///< a non-finite number or a failed factorisation; the plan is not to be applied: fall back
+};
+
+constexpr bool usable(Status status) { return status != Status::infeasible && status != Status::numerical_failure; }
+
+constexpr std::string_view to_string(Status status) {
+  switch (status) {
+    case Status::optimal:
+      return "optimal";
+    case Status::feasible:
+      return "feasible";
+    case Status::deadline_reached:
+      return "deadline_reached";
+    case Status::iteration_limit:
+      return "iteration_limit";
+    case Status::infeasible:
+      return "infeasible";
+    case Status::numerical_failure:
+      return "numerical_failure";
+  }
+  return "unknown";
+}
+
+/// What to do: shapes   modes, continuous: blocks    outputs: steps (outputs[j] after step j + 1)
+template <HybridModel M>
+struct Plan {
+  std::vector<int> modes;
+  std::vector<ContinuousOf<M>> continuous;
+  std::vector<OutputOf<M>> outputs;
+
+  Plan() = default;
+  explicit Plan(const Problem<M>& problem)
+      : modes(problem.horizon.blocks.size()),
+        continuous(problem.horizon.blocks.size()),
+        outputs(problem.reference.size()) {}
+};
+
+/// How it went. bound <= optimum <= cost at every status for which the plan is usable.
+struct Report {
+  Status status = Status::numerical_failure;
+  double cost = std::numeric_limits<double>::infinity();
+  double bound = -std::numeric_limits<double>::infinity();
+  int switches = 0;        ///< switch changes of the plan, the first against the command in force
+  std::int64_t nodes = 0;  ///< blocks rolled out, or iterations
+  double time_us = 0.0;
+
+  /// (cost - bound) / cost, 0 when proven.
+  double gap() const { return cost > bound ? (cost - bound) / cost : 0.0; }
+};
+
+}  // namespace solenoid

@@ -1,0 +1,117 @@
+#pragma once
+
+#include "core/mpc/plan.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <span>
+
+namespace solenoid {
+
+/// A prediction under way: the state, the commands in flight and the cost of the way so far. The order of its additions
+/// is the definition of the cost to the last bit; every solver that shares this code shares its rounding.
+template <HybridModel M>
+struct Rollout {
+  StateOf<M> state{};
+  SwitchLines lines;
+  double cost = 0.0;
+  int switches = 0;
+  int step = 0;
+  bool feasible = true;
+
+  explicit Rollout(const Problem<M>& problem) : state(problem.initial), lines(problem.lines) {}
+  Rollout() = default;
+};
+
+namespace rollout_detail {
+
+template <HybridModel M, class Scalar>
+Scalar weighted_square(const OutputOf<M>& weight, const OutputOf<M>& reference,
+                       const Vector<Scalar, M::output_size>& output, Scalar sum) {
+  for (std::size_t i = 0; i < M::output_size; ++i) {
+    const Scalar error = Scalar(reference[i]) - output[i];
+    sum = sum + Scalar(weight[i]) * (error * error);
+  }
+  return sum;
+}
+
+template <HybridModel M, class Scalar>
+Vector<Scalar, M::continuous_size> applied_continuous(const M& model, const Vector<Scalar, M::state_size>& state,
+                                                      const OutputOf<M>& reference, const ContinuousOf<M>& planned) {
+  Vector<Scalar, M::continuous_size> input{};
+  if constexpr (HasFeedback<M>) input = model.template feedback<Scalar>(state, reference);
+  for (std::size_t i = 0; i < M::continuous_size; ++i) input[i] = input[i] + Scalar(planned[i]);
+  return input;
+}
+
+}  // namespace rollout_detail
+
+/// One model step with its share of the cost added to `cost`.
+template <HybridModel M, class Scalar>
+inline void roll_step(const Problem<M>& problem, std::size_t j, const Vector<Scalar, M::switched_size>& switched,
+                      const ContinuousOf<M>& planned, Vector<Scalar, M::state_size>& state, Scalar& cost) {
+  const OutputOf<M>& reference = problem.reference[j];
+  const auto input = rollout_detail::applied_continuous<M, Scalar>(problem.model, state, reference, planned);
+  if constexpr (HasConsumption<M>) {
+    const double weight = problem.cost.consumption * problem.horizon.dt_s;
+    if (weight != 0.0) cost = cost + Scalar(weight) * problem.model.template consumption<Scalar>(state, switched);
+  }
+  for (std::size_t i = 0; i < M::continuous_size; ++i)
+    if (problem.cost.continuous[i] != 0.0)
+      cost = cost + Scalar(problem.cost.continuous[i]) * (Scalar(planned[i]) * Scalar(planned[i]));
+  state = problem.model.template step<Scalar>(state, switched, input, problem.horizon.dt_s);
+  const auto output = problem.model.template output<Scalar>(state);
+  cost = rollout_detail::weighted_square<M, Scalar>(problem.cost.tracking, reference, output, cost);
+}
+
+/// Commands `mode`, rolls one block of `length` steps, and adds its share of the cost.
+/// `outputs` (empty, or all steps of the horizon) receives the predicted outputs.
+template <HybridModel M>
+void roll_block(const Problem<M>& problem, const SwitchTiming& timing, int mode, int length,
+                const ContinuousOf<M>& planned, Rollout<M>& r, std::span<OutputOf<M>> outputs = {}) noexcept {
+  const SwitchPattern pattern = problem.modes.pattern(mode);
+  r.feasible = r.feasible && r.lines.may_command(pattern, timing);
+  const int changes = std::popcount(pattern ^ r.lines.commanded());
+  r.switches += changes;
+  r.cost += problem.cost.switching * changes;
+  r.lines.command(pattern, timing);
+  const bool constrained = problem.bounds.constrain_state();
+  const int settled = r.lines.settled_after();
+  SwitchedOf<M> switched{};
+  for (int i = 0; i < length; ++i, ++r.step) {
+    if (i <= settled) std::ranges::copy(problem.modes.point(r.lines.effective(i)), switched.begin());
+    const auto j = static_cast<std::size_t>(r.step);
+    roll_step<M, double>(problem, j, switched, planned, r.state, r.cost);
+    if (constrained)
+      for (std::size_t k = 0; k < M::state_size; ++k)
+        r.feasible =
+            r.feasible && r.state[k] >= problem.bounds.state_lower[k] && r.state[k] <= problem.bounds.state_upper[k];
+    if (!outputs.empty()) outputs[j] = problem.model.template output<double>(r.state);
+  }
+  r.lines.advance(length);
+}
+
+/// Adds the terminal cost; call once after the last block.
+template <HybridModel M>
+double total_cost(const Problem<M>& problem, const Rollout<M>& r) noexcept {
+  if (!r.feasible) return std::numeric_limits<double>::infinity();
+  return rollout_detail::weighted_square<M, double>(problem.cost.terminal, problem.reference.back(),
+                                                    problem.model.template output<double>(r.state), r.cost);
+}
+
+/// The independent judge: what a plan really costs, and its predicted outputs. Every solver's result can be put to it.
+template <HybridModel M>
+Report evaluate(const Problem<M>& problem, Plan<M>& plan) noexcept {
+  const SwitchTiming timing(problem.modes, problem.horizon.dt_s);
+  Rollout<M> r(problem);
+  for (std::size_t b = 0; b < plan.modes.size(); ++b)
+    roll_block(problem, timing, plan.modes[b], problem.horizon.blocks[b], plan.continuous[b], r,
+               std::span<OutputOf<M>>(plan.outputs));
+  Report report;
+  report.cost = total_cost(problem, r);
+  report.switches = r.switches;
+  report.status = r.feasible ? Status::feasible : Status::infeasible;
+  return report;
+}
+
+}  // namespace solenoid

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace solenoid {
+
+class TableReader;
+
+/// Desired position and its derivatives at one moment [m, m/s, m/s2].
+struct ReferenceSample {
+  double position = 0.0;
+  double velocity = 0.0;
+  double acceleration = 0.0;
+};
+
+/// A desired motion y_d(t), t >= 0, held at its last position after its end (model.md, section 5).
+class Trajectory {
+ public:
+  /// Holds `position_m` for ever.
+  explicit Trajectory(double position_m) : start_(position_m), end_(position_m) {}
+
+  ReferenceSample at(double time_s) const;
+  double duration_s() const { return duration_s_; }
+  double start_m() const { return start_; }
+  /// Start of the steady part of SSE and SSA, if the motion ends in a dwell: its second half, the first being left to
+  /// the slide's settling.
+  std::optional<double> steady_from_s() const { return steady_from_s_; }
+  /// Lowest and highest desired position, sampled each millisecond.
+  std::pair<double, double> range_m() const;
+
+  Trajectory& dwell(double duration_s);
+  /// The cycloid (3.1): y + h (t/T - sin(2 pi t/T) / (2 pi)); velocity and acceleration vanish at both ends.
+  Trajectory& cycloid_to(double position_m, double duration_s);
+  Trajectory& step_to(double position_m, double hold_s);
+  /// `periods` of a cosine that starts and ends at the current position and swings to `other_m`.
+  Trajectory& cosine(double other_m, double frequency_hz, double periods);
+  /// Points (time, position) by cubic Hermite interpolation with central-difference slopes, times increasing from 0.
+  Trajectory& through(std::vector<double> times_s, std::vector<double> positions_m);
+  /// Marks the steady part as starting at `time_s`.
+  Trajectory& steady_from(double time_s);
+
+ private:
+  struct Segment {
+    enum class Kind { dwell, cycloid, cosine, table } kind;
+    double begin_s, duration_s, from_m, to_m;
+    double frequency_hz = 0.0;
+    std::vector<double> times_s, positions_m, slopes;
+  };
+  static ReferenceSample sample(const Segment& segment, double t);
+  void append(Segment segment);
+
+  double start_, end_;
+  double duration_s_ = 0.0;
+  std::optional<double> steady_from_s_;
+  std::vector<Segment> segments_;
+};
+
+/// Reads `{ kind = "cycloidal" | "sine" | "step" | "multi_cycloid" | "csv", ... }`:
+///   cycloidal       from_m (default start_m), to_m, move_s, dwell_s
+///   sine            from_m, to_m, frequency_hz, periods, lead_s (cycloids in and out)
+///   step            from_m, height_m, at_s, hold_s, steady_s (the last part of hold_s)
+///   multi_cycloid   from_m, to_m = [..], move_s, dwell_s
+///   csv             path (relative to the file): lines `time_s,position_m` below one heading line
+Trajectory read_trajectory(TableReader& table, double start_m);
+
+/// The two test motions of chapter 6, from `start_m` to 100 mm and, for the sine, back.
+Trajectory thesis_cycloidal(double start_m);
+Trajectory thesis_sine(double start_m);
+
+}  // namespace solenoid

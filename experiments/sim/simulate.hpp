@@ -1,0 +1,42 @@
+#pragma once
+
+#include "controllers/variant.hpp"
+#include "core/metrics/metrics.hpp"
+#include "core/reference/trajectory.hpp"
+
+#include <string>
+#include <vector>
+
+namespace solenoid {
+
+class TableReader;
+
+/// A task and the plant it is done on, as data: one [[scenario]] table.
+struct ScenarioConfig {
+  std::string name;
+  std::string trajectory_kind;
+  Trajectory trajectory{0.0};
+  Plane plane = Plane::vertical;
+  double payload_kg = 0.0;      ///< the plant's; the controller is never told
+  std::string plant = "model";  ///< model: the controller's own equations
+  Mismatch mismatch;
+  bool noise = false;
+  bool ideal_sensing = true;  ///< controllers read the true state
+  double duration_s = 8.0;
+};
+
+/// Reads one scenario; the motion starts at the hanging equilibrium of the unloaded arm unless it says from_m. Throws
+/// ConfigError with file, line, key and what is allowed.
+ScenarioConfig read_scenario(TableReader& table);
+
+/// A finished run.
+struct RunResult {
+  Metrics metrics;
+  std::vector<TickRecord> ticks;
+};
+
+/// One run on a fake clock: the control loop of the rig with a simulated plant. The same variant, scenario and seed
+/// give the same result to the last bit, solver times aside. Throws ConfigError for impossible combinations.
+RunResult simulate(const VariantConfig& variant, const ScenarioConfig& scenario, std::uint64_t seed);
+
+}  // namespace solenoid
