@@ -1,15 +1,9 @@
 #pragma once
 
-#include "core/actuator/dynamics.hpp"
+#include "core/actuator/prestabilised.hpp"
 #include "core/reference/trajectory.hpp"
 
 namespace solenoid {
-
-/// Gains of both motor laws; the thesis's values are those of section 7.2.
-struct MotorGains {
-  double proportional = 23000.0;  ///< K_pe [N/m]
-  double derivative = 400.0;      ///< K_de [N s/m]
-};
 
 /// PD law (5.14): F = K_pe (y_d - y) + K_de (v_d - v), saturated.
 class PdMotor {

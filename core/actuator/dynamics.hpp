@@ -3,6 +3,7 @@
 #include "core/actuator/parameters.hpp"
 #include "core/mpc/hybrid_model.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace solenoid {
@@ -37,9 +38,9 @@ class PneumaticActuator {
   /// chamber pressures above supply.
   template <class S>
   S fill_flow(const S& pressure) const {
+    using std::max;
     using std::sqrt;
-    const S head = S(supply_) - pressure;
-    const S root = sqrt(select(head < S(0.0), S(0.0), head));
+    const S root = sqrt(max(S(supply_) - pressure, S(0.0)));
     return select(pressure < S(fill_choked_below_), S(choked_flow_), S(fill_coefficient_) * root);
   }
 
@@ -64,20 +65,21 @@ class PneumaticActuator {
 
   template <class S>
   S saturated_motor_force(const S& force) const {
-    const S below = select(force < S(-motor_limit_), S(-motor_limit_), force);
-    return select(below > S(motor_limit_), S(motor_limit_), below);
+    using std::max;
+    using std::min;
+    return min(max(force, S(-motor_limit_)), S(motor_limit_));
   }
 
   /// Velocity after dt under the applied force (everything but friction), (4.2) with the friction law (4.14).
   template <class S>
   S velocity_after(const S& v, const S& applied, double dt) const {
-    const auto moving = v != S(0.0);
-    const S direction = select(select(moving, v, applied) < S(0.0), S(-1.0), S(1.0));
-    const S friction = S(coulomb_) * direction + S(viscous_) * v;
-    const S next = v + S(dt * inverse_mass_) * (applied - friction);
-    const S slid = select(v * next < S(0.0), S(0.0), next);
-    const S magnitude = select(applied < S(0.0), -applied, applied);
-    return select(select(moving, S(static_), magnitude) > S(static_), slid, select(moving, slid, S(0.0)));
+    using std::abs;
+    const auto at_rest = v == S(0.0);
+    const S coulomb = select(select(at_rest, applied, v) < S(0.0), S(-coulomb_), S(coulomb_));
+    const S next = v + S(dt * inverse_mass_) * (applied - (coulomb + S(viscous_) * v));
+    const auto reverses = v * next < S(0.0);
+    const auto sticks = at_rest & (S(abs(applied)) <= S(static_));
+    return select(reverses | sticks, S(0.0), next);
   }
 
   template <class S>
@@ -87,8 +89,9 @@ class PneumaticActuator {
     const S flow_b = opening[fill_b] * fill_flow<S>(pb) + opening[exhaust_b] * exhaust_flow<S>(pb);
     const S length_a = S(dead_length_a_) + y, length_b = S(dead_length_b_) - y;
     const S per_lengths = S(dt) / (length_a * length_b);  // one division for both chambers
-    const S pa_next = pa + (S(heating_a_) * flow_a - S(ratio_) * (pa * v)) * (length_b * per_lengths);
-    const S pb_next = pb + (S(heating_b_) * flow_b + S(ratio_) * (pb * v)) * (length_a * per_lengths);
+    const S kv = S(ratio_) * v;
+    const S pa_next = pa + (S(heating_a_) * flow_a - pa * kv) * (length_b * per_lengths);
+    const S pb_next = pb + (S(heating_b_) * flow_b + pb * kv) * (length_a * per_lengths);
 
     const S applied = cylinder_force<S>(pa, pb) + gravity_force<S>(y) + saturated_motor_force<S>(motor[0]);
     const S v_free = velocity_after<S>(v, applied, dt);
@@ -110,23 +113,101 @@ class PneumaticActuator {
     return opening[fill_a] * fill_flow<S>(x[pressure_a]) + opening[fill_b] * fill_flow<S>(x[pressure_b]);
   }
 
+  /// One step of a box [low, high] that holds every state reachable with openings and motor force anywhere in theirs:
+  /// the image under step() of each point of the old box lies in the new one, up to rounding.              [theory.md,
+  /// sect. 3]
+  template <class S>
+  void enclose_step(Vector<S, 4>& low, Vector<S, 4>& high, const Vector<S, 4>& opening_low,
+                    const Vector<S, 4>& opening_high, const Vector<double, 2>&, const Vector<double, 1>& motor,
+                    double dt) const {
+    const S force = saturated_motor_force<S>(S(motor[0]));
+    enclose_step<S>(low, high, opening_low, opening_high, force, force, dt);
+  }
+  template <class S>
+  void enclose_step(Vector<S, 4>& low, Vector<S, 4>& high, const Vector<S, 4>& opening_low,
+                    const Vector<S, 4>& opening_high, const S& motor_low, const S& motor_high, double dt) const {
+    using std::max;
+    using std::min;
+    const S y_low = max(low[position] + S(dt) * low[velocity], S(position_min_));
+    const S y_high = min(high[position] + S(dt) * high[velocity], S(position_max_));
+    const S middle = S(0.5) * (low[position] + high[position]), half = S(0.5) * (high[position] - low[position]);
+    const S gravity = gravity_force<S>(middle), slack = S(gravity_amplitude_ * angle_per_m_) * half;
+    const S applied_low = cylinder_force<S>(low[pressure_a], high[pressure_b]) + gravity - slack + motor_low;
+    const S applied_high = cylinder_force<S>(high[pressure_a], low[pressure_b]) + gravity + slack + motor_high;
+    const S v_low = velocity_after<S>(low[velocity], applied_low, dt);
+    const S v_high = velocity_after<S>(high[velocity], applied_high, dt);
+
+    const S a_short = S(dead_length_a_) + low[position], a_long = S(dead_length_a_) + high[position];
+    const S b_short = S(dead_length_b_) - high[position], b_long = S(dead_length_b_) - low[position];
+    const Vector<S, 2> pa = enclose_pressure<S>(low[pressure_a], high[pressure_a], low[velocity], high[velocity],
+                                                a_short, a_long, heating_a_, opening_low, opening_high, fill_a, dt);
+    const Vector<S, 2> pb = enclose_pressure<S>(low[pressure_b], high[pressure_b], -high[velocity], -low[velocity],
+                                                b_short, b_long, heating_b_, opening_low, opening_high, fill_b, dt);
+    // A stop ends only motion towards it, so it can raise the lowest velocity and lower the highest one, not the
+    // reverse.
+    low = {y_low, select(y_high < S(position_max_), v_low, min(v_low, S(0.0))), pa[0], pb[0]};
+    high = {y_high, select(y_low > S(position_min_), v_high, max(v_high, S(0.0))), pa[1], pb[1]};
+  }
+
   /// The nearest state inside the end stops with pressures between vacuum and twice supply: what a prediction starts
   /// from when a measurement is noisy.
   Vector<double, 4> nearest_valid(const Vector<double, 4>& x) const;
 
  private:
-  /// sin(2 y/d_pitch) for the arm's angles over the stroke, by the even Taylor polynomial of cos about a horizontal
-  /// arm: below 3e-14 for |angle - pi/2| <= 1.75. A polynomial, so that double, SIMD and dual numbers round alike.
+  /// Bounds of P + (heating flow(P) - k P w) dt / length over a box of pressures, outward velocities w and chamber
+  /// lengths. The map rises with P except across the jumps of the flow law, near supply pressure (infinite slope of the
+  /// root) and in very short chambers; there the extremes between the ends are added as candidates.
+  template <class S>
+  Vector<S, 2> enclose_pressure(const S& p_low, const S& p_high, const S& w_low, const S& w_high, const S& shortest,
+                                const S& longest, double heating, const Vector<S, 4>& open_low,
+                                const Vector<S, 4>& open_high, std::size_t fill, double dt) const {
+    using std::max;
+    using std::min;
+    const S per_short = S(dt) / shortest, per_long = S(dt) / longest, h(heating), k(ratio_);
+    const auto at = [&](const S& p, const S& flow, const S& w) {
+      const S rate = h * flow - k * (p * w);
+      return Vector<S, 2>{p + rate * select(rate < S(0.0), per_short, per_long),
+                          p + rate * select(rate < S(0.0), per_long, per_short)};
+    };
+    const S& fill_open = open_high[fill];
+    const S& exhaust_open = open_high[fill + 1];
+    const auto most = [&](const S& p) {
+      return fill_open * fill_flow<S>(p) +
+             select(p < S(atmosphere_), exhaust_open, open_low[fill + 1]) * exhaust_flow<S>(p);
+    };
+    const auto least = [&](const S& p) {
+      return open_low[fill] * fill_flow<S>(p) +
+             select(p < S(atmosphere_), open_low[fill + 1], exhaust_open) * exhaust_flow<S>(p);
+    };
+    S bottom = min(at(p_low, least(p_low), w_high)[0], at(p_high, least(p_high), w_high)[0]);
+    S top = max(at(p_low, most(p_low), w_low)[1], at(p_high, most(p_high), w_low)[1]);
+
+    const S fill_edge(fill_choked_below_), exhaust_edge(exhaust_choked_above_);
+    const auto fill_jump = (p_low < fill_edge) & (fill_edge < p_high);
+    const S above_fill = at(fill_edge, fill_open * S(choked_flow_), w_low)[1];
+    top = select(fill_jump & (fill_open > S(0.0)), max(top, above_fill), top);
+    const auto exhaust_jump = (p_low < exhaust_edge) & (exhaust_edge < p_high);
+    const S below_exhaust = at(exhaust_edge, exhaust_open * S(-choked_flow_), w_high)[0];
+    bottom = select(exhaust_jump, min(bottom, below_exhaust), bottom);
+
+    const S slope = h * S(fill_coefficient_) * per_short, reach = S(0.25) * slope * slope;
+    const S peak = S(supply_) + reach - k * (p_high * min(w_low, S(0.0))) * per_short;
+    top = select((S(supply_) - reach < p_high) & (fill_open > S(0.0)), max(top, peak), top);
+    return {max(bottom, S(0.0)), max(top, S(0.0))};
+  }
+
+  /// sin(2 y/d_pitch) for the arm's angles over the stroke: cos of the angle from a horizontal arm, as the polynomial
+  /// in its square that interpolates it at the Chebyshev nodes; below 2e-14 for angles up to 1.8 rad. A polynomial, so
+  /// that double, SIMD and dual numbers round alike.
   template <class S>
   S sine_of_arm_angle(const S& y) const {
     const S phi = S(angle_per_m_) * y - S(std::numbers::pi / 2);
     const S z = phi * phi, z2 = z * z, z4 = z2 * z2;
-    const S c01 = S(1.0) - S(1.0 / 2) * z;
-    const S c23 = S(1.0 / 24) - S(1.0 / 720) * z;
-    const S c45 = S(1.0 / 40320) - S(1.0 / 3628800) * z;
-    const S c67 = S(1.0 / 479001600) - S(1.0 / 87178291200.0) * z;
-    const S c89 = S(1.0 / 20922789888000.0) - S(1.0 / 6402373705728000.0) * z;
-    return (c01 + z2 * c23) + z4 * ((c45 + z2 * c67) + z4 * c89);
+    const S c01 = S(0.999999999999983) - S(0.4999999999993292) * z;
+    const S c23 = S(0.041666666662317164) - S(0.0013888888781404974) * z;
+    const S c45 = S(2.4801574250893997e-05) - S(2.755645795239747e-07) * z;
+    const S c67 = S(2.0845214612515557e-09) - S(1.0866659971812875e-11) * z;
+    return (c01 + z2 * c23) + z4 * (c45 + z2 * c67);
   }
 
   ActuatorParameters parameters_;

@@ -30,11 +30,23 @@ concept HasConsumption = requires(const M& model, const Vector<double, M::state_
 };
 
 /// Optional: a pre-stabilising law inside the prediction. The continuous input applied in a step is
-/// feedback(x, reference) plus the plan's own share; the model saturates the sum.
+/// feedback(x, setpoint) plus the plan's own share; the model saturates the sum.
 template <class M>
 concept HasFeedback = requires(const M& model, const Vector<double, M::state_size>& state,
-                               const Vector<double, M::output_size>& reference) {
-  { model.template feedback<double>(state, reference) } -> std::same_as<Vector<double, M::continuous_size>>;
+                               const Vector<double, M::output_size>& setpoint) {
+  { model.template feedback<double>(state, setpoint) } -> std::same_as<Vector<double, M::continuous_size>>;
+};
+
+/// Optional: an enclosure, from which searches derive lower bounds. Replaces the box [low, high] by one that holds the
+/// image under step() (with feedback, if there is one) of each of its points, for switched inputs anywhere in theirs.
+/// Outputs must not decrease with any state.
+template <class M>
+concept HasEnclosure = requires(const M& model, Vector<double, M::state_size>& low, Vector<double, M::state_size>& high,
+                                const Vector<double, M::switched_size>& switched_low,
+                                const Vector<double, M::switched_size>& switched_high,
+                                const Vector<double, M::output_size>& setpoint,
+                                const Vector<double, M::continuous_size>& planned, double dt) {
+  model.template enclose_step<double>(low, high, switched_low, switched_high, setpoint, planned, dt);
 };
 
 template <class M>

@@ -39,7 +39,8 @@ constexpr std::string_view to_string(Status status) {
   return "unknown";
 }
 
-/// What to do: shapes   modes, continuous: blocks    outputs: steps (outputs[j] after step j + 1)
+/// What to do. Solvers read it as their warm start and leave their best plan in it.
+/// shapes   modes, continuous: blocks    outputs: empty, or steps (evaluate() fills it; outputs[j] after step j + 1)
 template <HybridModel M>
 struct Plan {
   std::vector<int> modes;
@@ -48,10 +49,21 @@ struct Plan {
 
   Plan() = default;
   explicit Plan(const Problem<M>& problem)
-      : modes(problem.horizon.blocks.size()),
-        continuous(problem.horizon.blocks.size()),
-        outputs(problem.reference.size()) {}
+      : modes(problem.horizon.blocks.size()), continuous(problem.horizon.blocks.size()) {}
 };
+
+/// The plan as it looks `steps` later: each block takes what the old plan holds where the block begins.
+template <HybridModel M>
+void shift_plan(const Horizon& horizon, int steps, Plan<M>& plan) noexcept {
+  std::size_t from = 0;
+  int begin = steps, from_end = horizon.blocks.empty() ? 0 : horizon.blocks[0];
+  for (std::size_t b = 0; b < plan.modes.size(); ++b) {
+    while (begin >= from_end && from + 1 < plan.modes.size()) from_end += horizon.blocks[++from];
+    plan.modes[b] = plan.modes[from];
+    plan.continuous[b] = plan.continuous[from];
+    begin += horizon.blocks[b];
+  }
+}
 
 /// How it went. bound <= optimum <= cost at every status for which the plan is usable.
 struct Report {

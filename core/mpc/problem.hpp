@@ -60,7 +60,9 @@ struct Bounds {
 ///     subject to x[j+1] = step(x[j], s[j], u[j], dt),  x[0] = initial,  s[j] = modes.point(switch states in effect),
 ///                the switch states following the commands through `lines` (edges in flight, delays, dwell), bounds
 ///
-/// Plain data, sized once. `reference[j]` belongs to the state after step j + 1.
+/// where N steps are predicted and step j leads from x[j] to x[j+1]. Plain data, sized once.
+/// shapes   reference: N, reference[j] belongs to x[j+1]
+///          setpoint: N for a model with feedback, else empty; setpoint[j] is what its law tracks at x[j]
 template <HybridModel M>
 struct Problem {
   M model;
@@ -72,6 +74,7 @@ struct Problem {
   StateOf<M> initial{};
   SwitchLines lines;
   std::vector<OutputOf<M>> reference;
+  std::vector<OutputOf<M>> setpoint;
 
   /// A problem of these parts with a zero reference. Throws std::invalid_argument, naming the part.
   Problem(M model_, ModeSet modes_, Horizon horizon_, Cost<M> cost_, Bounds<M> bounds_ = {})
@@ -80,7 +83,8 @@ struct Problem {
         horizon(std::move(horizon_)),
         cost(cost_),
         bounds(bounds_),
-        reference(static_cast<std::size_t>(horizon.steps())) {
+        reference(static_cast<std::size_t>(horizon.steps())),
+        setpoint(HasFeedback<M> ? reference.size() : 0) {
     if (modes.switched_size() != M::switched_size)
       throw std::invalid_argument("mode set '" + modes.name() + "' does not map to the model's switched inputs");
     if (horizon.blocks.empty() || !(horizon.dt_s > 0)) throw std::invalid_argument("horizon: needs blocks and dt > 0");

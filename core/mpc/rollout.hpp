@@ -29,6 +29,7 @@ template <HybridModel M, class Scalar>
 Scalar weighted_square(const OutputOf<M>& weight, const OutputOf<M>& reference,
                        const Vector<Scalar, M::output_size>& output, Scalar sum) {
   for (std::size_t i = 0; i < M::output_size; ++i) {
+    if (weight[i] == 0.0) continue;
     const Scalar error = Scalar(reference[i]) - output[i];
     sum = sum + Scalar(weight[i]) * (error * error);
   }
@@ -36,10 +37,11 @@ Scalar weighted_square(const OutputOf<M>& weight, const OutputOf<M>& reference,
 }
 
 template <HybridModel M, class Scalar>
-Vector<Scalar, M::continuous_size> applied_continuous(const M& model, const Vector<Scalar, M::state_size>& state,
-                                                      const OutputOf<M>& reference, const ContinuousOf<M>& planned) {
+Vector<Scalar, M::continuous_size> applied_continuous(const Problem<M>& problem, std::size_t j,
+                                                      const Vector<Scalar, M::state_size>& state,
+                                                      const ContinuousOf<M>& planned) {
   Vector<Scalar, M::continuous_size> input{};
-  if constexpr (HasFeedback<M>) input = model.template feedback<Scalar>(state, reference);
+  if constexpr (HasFeedback<M>) input = problem.model.template feedback<Scalar>(state, problem.setpoint[j]);
   for (std::size_t i = 0; i < M::continuous_size; ++i) input[i] = input[i] + Scalar(planned[i]);
   return input;
 }
@@ -51,7 +53,7 @@ template <HybridModel M, class Scalar>
 inline void roll_step(const Problem<M>& problem, std::size_t j, const Vector<Scalar, M::switched_size>& switched,
                       const ContinuousOf<M>& planned, Vector<Scalar, M::state_size>& state, Scalar& cost) {
   const OutputOf<M>& reference = problem.reference[j];
-  const auto input = rollout_detail::applied_continuous<M, Scalar>(problem.model, state, reference, planned);
+  const auto input = rollout_detail::applied_continuous<M, Scalar>(problem, j, state, planned);
   if constexpr (HasConsumption<M>) {
     const double weight = problem.cost.consumption * problem.horizon.dt_s;
     if (weight != 0.0) cost = cost + Scalar(weight) * problem.model.template consumption<Scalar>(state, switched);
@@ -67,8 +69,9 @@ inline void roll_step(const Problem<M>& problem, std::size_t j, const Vector<Sca
 /// Commands `mode`, rolls one block of `length` steps, and adds its share of the cost.
 /// `outputs` (empty, or all steps of the horizon) receives the predicted outputs.
 template <HybridModel M>
-void roll_block(const Problem<M>& problem, const SwitchTiming& timing, int mode, int length,
-                const ContinuousOf<M>& planned, Rollout<M>& r, std::span<OutputOf<M>> outputs = {}) noexcept {
+[[gnu::flatten]] void roll_block(const Problem<M>& problem, const SwitchTiming& timing, int mode, int length,
+                                 const ContinuousOf<M>& planned, Rollout<M>& r,
+                                 std::span<OutputOf<M>> outputs = {}) noexcept {
   const SwitchPattern pattern = problem.modes.pattern(mode);
   r.feasible = r.feasible && r.lines.may_command(pattern, timing);
   const int changes = std::popcount(pattern ^ r.lines.commanded());
@@ -99,7 +102,8 @@ double total_cost(const Problem<M>& problem, const Rollout<M>& r) noexcept {
                                                     problem.model.template output<double>(r.state), r.cost);
 }
 
-/// The independent judge: what a plan really costs, and its predicted outputs. Every solver's result can be put to it.
+/// The independent judge: what a plan really costs. Fills the plan's predicted outputs if they are sized. Every
+/// solver's result can be put to it.
 template <HybridModel M>
 Report evaluate(const Problem<M>& problem, Plan<M>& plan) noexcept {
   const SwitchTiming timing(problem.modes, problem.horizon.dt_s);

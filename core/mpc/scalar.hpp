@@ -11,7 +11,7 @@ using Vector = std::array<Scalar, size>;
 
 /// condition ? yes : no, evaluated on both sides. Models branch through this and never through `if`, so that one
 /// formula serves double and dual numbers (this overload) and SIMD batches (xsimd::select, found by the batch's
-/// namespace).
+/// namespace). Likewise they take max, min and sqrt unqualified, after `using std::max` and so on.
 template <class Scalar>
 constexpr Scalar select(bool condition, const Scalar& yes, const Scalar& no) {
   return condition ? yes : no;

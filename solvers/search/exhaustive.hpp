@@ -69,7 +69,6 @@ class Exhaustive final : public Solver<M> {
     const bool found = std::isfinite(report_.cost);
     const int hold = std::max(0, problem.modes.find(problem.lines.commanded()));
     for (std::size_t b = 0; b < best_.size(); ++b) plan.modes[b] = found ? best_[b] : hold;
-    evaluate(problem, plan);
     if (!complete)
       report_.status = Status::deadline_reached, report_.bound = 0.0;
     else if (found)

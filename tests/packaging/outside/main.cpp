@@ -29,6 +29,8 @@ int main() {
   search.prepare(problem);
   Plan<Tank> plan(problem);
   const Report report = search.solve(problem, plan, Deadline::never());
+  plan.outputs.resize(problem.reference.size());
+  evaluate(problem, plan);
   const PneumaticActuator actuator;
   std::printf("plan %d %d, cost %.3f, gravity at the equilibrium %.1e N\n", plan.modes[0], plan.modes[1], report.cost,
               actuator.gravity_force(actuator.parameters().equilibrium_position_m()));

@@ -1,0 +1,362 @@
+#pragma once
+
+#include "core/mpc/solver.hpp"
+#include "solvers/search/lane_inputs.hpp"
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+#include <vector>
+
+namespace solenoid {
+
+/// Blocks that a tree search takes.
+inline constexpr std::size_t max_tree_blocks = 32;
+
+struct TreeSearchSettings {
+  bool prune = true;         ///< false: enumerate every sequence
+  int enclosure_steps = 30;  ///< how far reachable sets are followed for the lower bound; 0: cost so far only
+};
+
+/// Exact search over mode sequences, depth first, a SIMD lane a candidate.
+///
+/// minimise  problem.hpp over mode[b], b < blocks, with the plan's continuous inputs as given         [theory.md, eq.
+/// 1] bound     cost so far + the tracking cost that no state reachable from the node can avoid     [theory.md, section
+/// 3] ties      fewest switch changes, then the sequence of lowest mode numbers: the plan of Exhaustive to the last bit
+/// promise   report.bound <= optimum <= report.cost at every status, and cost <= that of holding the current mode;
+///           no allocation, lock or exception in solve
+///
+/// All weights must be >= 0 and the model's consumption too: then the cost never falls along a sequence.
+template <HybridModel M>
+class BranchAndBound final : public Solver<M> {
+ public:
+  explicit BranchAndBound(const TreeSearchSettings& settings = {}, const RolloutKernel<M>& kernel = rollout_kernel<M>())
+      : settings_(settings), kernel_(kernel) {}
+
+  void prepare(const Problem<M>& problem) override {
+    const std::size_t blocks = problem.horizon.blocks.size();
+    if (blocks > max_tree_blocks) throw std::invalid_argument("branch and bound takes at most 32 blocks");
+    timing_ = SwitchTiming(problem.modes, problem.horizon.dt_s);
+    builder_.prepare(problem.modes, timing_);
+    inputs_.reserve(builder_.most_pieces());
+    lowest_.reserve(builder_.most_pieces());
+    highest_.reserve(builder_.most_pieces());
+    group_ = std::max(1, max_lanes / problem.modes.size());
+    levels_.assign(blocks, Level());
+    for (Level& level : levels_) level.nodes.resize(static_cast<std::size_t>(group_ * problem.modes.size()));
+    for (Level& level : levels_) level.order.resize(level.nodes.size());
+    for (Level& level : levels_) level.lines.resize(static_cast<std::size_t>(group_));
+    planned_.resize(problem.reference.size());
+    first_step_.resize(blocks);
+    std::exclusive_scan(problem.horizon.blocks.begin(), problem.horizon.blocks.end(), first_step_.begin(), 0);
+  }
+
+  Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
+    const auto start = Deadline::Clock::now();
+    begin(problem, plan);
+    if (settings_.prune) adopt_incumbents(problem, plan);
+    open_root(problem);
+    bool complete = true;
+    while (complete && select_group()) {
+      complete = !deadline.passed();
+      if (complete) expand(problem);
+    }
+    conclude(problem, plan, complete);
+    report_.time_us = std::chrono::duration<double, std::micro>(Deadline::Clock::now() - start).count();
+    return report_;
+  }
+
+ private:
+  struct Node {
+    StateOf<M> state{};
+    double cost = 0.0, bound = 0.0;
+    int switches = 0;
+    int source = 0;  // which of its level's lines it was commanded on
+    std::array<std::uint8_t, max_tree_blocks> modes{};
+  };
+
+  /// The open nodes whose next block is this level's, best bound first from `next` on.
+  struct Level {
+    std::vector<Node> nodes;
+    std::vector<int> order;
+    std::vector<SwitchLines> lines;  // commands in flight before the nodes' last block, one a parent
+    int next = 0, count = 0;
+  };
+
+  void begin(const Problem<M>& problem, const Plan<M>& plan) noexcept {
+    report_ = Report{};
+    best_modes_ = {};
+    numerical_failure_ = false;
+    for (Level& level : levels_) level.next = level.count = 0;
+    for (std::size_t b = 0; b < levels_.size(); ++b)
+      for (int i = 0; i < problem.horizon.blocks[b]; ++i)
+        planned_[static_cast<std::size_t>(first_step_[b] + i)] = plan.continuous[b];
+  }
+
+  /// Incumbents to start from: the warm start, and holding the command in force.
+  void adopt_incumbents(const Problem<M>& problem, const Plan<M>& plan) noexcept {
+    constexpr int candidates = 2;
+    const int hold = problem.modes.find(problem.lines.commanded());
+    std::array<Node, candidates> nodes;
+    std::array<SwitchLines, candidates> lines;
+    for (Node& node : nodes) node.state = problem.initial;
+    lines.fill(problem.lines);
+    for (std::size_t b = 0; b < levels_.size(); ++b) {
+      start_lanes(std::max(lines[0].settled_after(), lines[1].settled_after()));
+      for (std::size_t i = 0; i < candidates; ++i) {
+        const int mode = i == 1 && hold >= 0 ? hold : std::clamp(plan.modes[b], 0, problem.modes.size() - 1);
+        add_lane(problem, nodes[i], lines[i], mode);
+        lines[i].command(problem.modes.pattern(mode), timing_);
+        lines[i].advance(problem.horizon.blocks[b]);
+      }
+      roll(problem, b);
+      for (int i = 0; i < candidates; ++i) nodes[static_cast<std::size_t>(i)] = child_of_lane(b, i);
+    }
+    for (const Node& node : nodes) keep_if_better(problem, node);
+  }
+
+  void open_root(const Problem<M>& problem) noexcept {
+    Level& top = levels_.front();
+    top.nodes[0] = Node{};
+    top.nodes[0].state = problem.initial;
+    top.order[0] = 0;
+    top.count = 1;
+    depth_ = 0;
+  }
+
+  /// Takes up to group_ best open nodes of the deepest level that has any into parents_; false when the tree is done.
+  bool select_group() noexcept {
+    parent_count_ = 0;
+    for (;; --depth_) {
+      Level& level = levels_[depth_];
+      while (level.next < level.count && parent_count_ < group_) {
+        const Node& node = level.nodes[static_cast<std::size_t>(level.order[static_cast<std::size_t>(level.next)])];
+        if (settings_.prune && report_.cost < node.bound) {
+          level.next = level.count;  // sorted: all others are worse
+          break;
+        }
+        ++level.next;
+        if (!hopeless(node)) parents_[static_cast<std::size_t>(parent_count_++)] = &node;
+      }
+      if (parent_count_ > 0) return true;
+      if (depth_ == 0) return false;
+    }
+  }
+
+  /// Rolls every child of the selected parents.
+  void expand(const Problem<M>& problem) noexcept {
+    const std::size_t b = depth_;
+    const bool leaf = b + 1 == levels_.size();
+    if (!leaf) levels_[b + 1].next = levels_[b + 1].count = 0;
+    std::array<SwitchLines, max_lanes> lines;
+    for (int g = 0; g < parent_count_; ++g) {
+      const auto i = static_cast<std::size_t>(g);
+      lines[i] = b == 0 ? problem.lines : levels_[b].lines[static_cast<std::size_t>(parents_[i]->source)];
+      if (b > 0) {
+        lines[i].command(problem.modes.pattern(parents_[i]->modes[b - 1]), timing_);
+        lines[i].advance(problem.horizon.blocks[b - 1]);
+      }
+    }
+    int flight = 0;
+    for (int g = 0; g < parent_count_; ++g)
+      flight = std::max(flight, lines[static_cast<std::size_t>(g)].settled_after());
+    start_lanes(flight);
+    for (int g = 0; g < parent_count_; ++g) {
+      const auto i = static_cast<std::size_t>(g);
+      for (int mode = 0; mode < problem.modes.size(); ++mode) {
+        if (!lines[i].may_command(problem.modes.pattern(mode), timing_)) continue;
+        if (lanes_.count == max_lanes) finish_lanes(problem, b, leaf), start_lanes(flight);
+        add_lane(problem, *parents_[i], lines[i], mode);
+        lane_source_[static_cast<std::size_t>(lanes_.count - 1)] = g;
+      }
+    }
+    finish_lanes(problem, b, leaf);
+    if (leaf) return;
+    std::copy_n(lines.begin(), parent_count_, levels_[b + 1].lines.begin());
+    if (settings_.prune) raise_bounds(problem, b + 1);
+    sort(levels_[b + 1]);
+    ++depth_;
+  }
+
+  void start_lanes(int flight) noexcept {
+    lanes_.count = 0;
+    builder_.begin(flight, inputs_);
+  }
+
+  void add_lane(const Problem<M>& problem, const Node& parent, const SwitchLines& lines, int mode) noexcept {
+    const auto lane = static_cast<std::size_t>(lanes_.count);
+    const SwitchPattern pattern = problem.modes.pattern(mode);
+    const int changes = std::popcount(pattern ^ lines.commanded());
+    for (std::size_t i = 0; i < M::state_size; ++i) lanes_.state[i][lane] = parent.state[i];
+    const bool allowed = lines.may_command(pattern, timing_);
+    lanes_.cost[lane] = allowed ? parent.cost + problem.cost.switching * changes : Bounds<M>::infinity;
+    lane_parent_[lane] = &parent;
+    lane_mode_[lane] = mode;
+    lane_switches_[lane] = parent.switches + changes;
+    builder_.command(lines, pattern, lanes_.count, inputs_);
+    ++lanes_.count;
+  }
+
+  void roll(const Problem<M>& problem, std::size_t b) noexcept {
+    report_.nodes += lanes_.count;
+    pad(lanes_.count, kernel_.width, [&](int from, int to) {
+      for (auto& row : lanes_.state) row[to] = row[from];
+      lanes_.cost[to] = Bounds<M>::infinity;
+      for (int p = 0; p < inputs_.pieces; ++p)
+        for (auto& row : inputs_.piece[static_cast<std::size_t>(p)].value) row[to] = row[from];
+    });
+    const double cutoff = settings_.prune ? report_.cost : Bounds<M>::infinity;
+    kernel_.roll(problem, {planned_.data(), first_step_[b], problem.horizon.blocks[b], cutoff}, inputs_, lanes_);
+  }
+
+  /// Fills the unused lanes of the last register with copies of the first lane.
+  template <class Copy>
+  static void pad(int count, int width, Copy copy) noexcept {
+    for (int lane = count; lane % width != 0; ++lane) copy(0, lane);
+  }
+
+  Node child_of_lane(std::size_t b, int lane) const noexcept {
+    const auto i = static_cast<std::size_t>(lane);
+    Node child;
+    for (std::size_t k = 0; k < M::state_size; ++k) child.state[k] = lanes_.state[k][i];
+    child.cost = child.bound = lanes_.cost[i];
+    child.switches = lane_switches_[i];
+    child.source = lane_source_[i];
+    child.modes = lane_parent_[i]->modes;
+    child.modes[b] = static_cast<std::uint8_t>(lane_mode_[i]);
+    return child;
+  }
+
+  void finish_lanes(const Problem<M>& problem, std::size_t b, bool leaf) noexcept {
+    if (lanes_.count == 0) return;
+    roll(problem, b);
+    for (int lane = 0; lane < lanes_.count; ++lane) {
+      const double cost = lanes_.cost[lane];
+      numerical_failure_ = numerical_failure_ || std::isnan(cost);
+      if (!std::isfinite(cost) || (settings_.prune && cost > report_.cost)) continue;
+      if (leaf)
+        keep_if_better(problem, child_of_lane(b, lane));
+      else
+        levels_[b + 1].nodes[static_cast<std::size_t>(levels_[b + 1].count++)] = child_of_lane(b, lane);
+    }
+  }
+
+  /// Adds to the bounds of level b's nodes the cost that no state reachable from them can avoid.
+  void raise_bounds(const Problem<M>& problem, std::size_t b) noexcept {
+    if (kernel_.enclose == nullptr || settings_.enclosure_steps == 0) return;
+    if (problem.horizon.blocks[b - 1] < timing_.longest_delay) return;
+    Level& level = levels_[b];
+    const int first = first_step_[b];
+    const int length = std::min(settings_.enclosure_steps, static_cast<int>(planned_.size()) - first);
+    builder_.begin(0, lowest_);
+    builder_.begin(0, highest_);
+    for (int from = 0; from < level.count; from += max_lanes) {
+      boxes_.count = std::min(max_lanes, level.count - from);
+      for (int lane = 0; lane < boxes_.count; ++lane) {
+        const Node& node = level.nodes[static_cast<std::size_t>(from + lane)];
+        for (std::size_t k = 0; k < M::state_size; ++k) boxes_.low[k][lane] = boxes_.high[k][lane] = node.state[k];
+        boxes_.cost[lane] = node.cost;
+        builder_.hull(problem.modes.pattern(node.modes[b - 1]), lane, lowest_, highest_);
+      }
+      pad_boxes();
+      kernel_.enclose(problem, {planned_.data(), first, length, report_.cost}, lowest_, highest_, boxes_);
+      for (int lane = 0; lane < boxes_.count; ++lane)
+        level.nodes[static_cast<std::size_t>(from + lane)].bound = boxes_.cost[lane];
+    }
+  }
+
+  void pad_boxes() noexcept {
+    pad(boxes_.count, kernel_.width, [&](int from, int to) {
+      for (std::size_t k = 0; k < M::state_size; ++k) {
+        boxes_.low[k][to] = boxes_.low[k][from];
+        boxes_.high[k][to] = boxes_.high[k][from];
+      }
+      boxes_.cost[to] = Bounds<M>::infinity;
+      for (int p = 0; p < lowest_.pieces; ++p)
+        for (std::size_t k = 0; k < M::switched_size; ++k) {
+          auto& low = lowest_.piece[static_cast<std::size_t>(p)].value[k];
+          auto& high = highest_.piece[static_cast<std::size_t>(p)].value[k];
+          low[to] = low[from];
+          high[to] = high[from];
+        }
+    });
+  }
+
+  void sort(Level& level) noexcept {
+    const auto end = level.order.begin() + level.count;
+    std::iota(level.order.begin(), end, 0);
+    std::sort(level.order.begin(), end, [&](int a, int b) {
+      const Node &x = level.nodes[static_cast<std::size_t>(a)], &y = level.nodes[static_cast<std::size_t>(b)];
+      return x.bound < y.bound || (x.bound == y.bound && a < b);
+    });
+  }
+
+  /// Whether nothing below `node` can replace the incumbent, ties included.
+  bool hopeless(const Node& node) const noexcept {
+    if (!settings_.prune || node.bound < report_.cost) return false;
+    if (node.bound > report_.cost || node.switches > report_.switches) return true;
+    if (node.switches < report_.switches) return false;
+    return std::lexicographical_compare(best_modes_.begin(), best_modes_.begin() + static_cast<std::ptrdiff_t>(depth_),
+                                        node.modes.begin(), node.modes.begin() + static_cast<std::ptrdiff_t>(depth_));
+  }
+
+  void keep_if_better(const Problem<M>& problem, const Node& leaf) noexcept {
+    const double cost = rollout_detail::weighted_square<M, double>(
+        problem.cost.terminal, problem.reference.back(), problem.model.template output<double>(leaf.state), leaf.cost);
+    if (!std::isfinite(cost) || cost > report_.cost) return;
+    if (cost == report_.cost) {
+      if (leaf.switches > report_.switches) return;
+      if (leaf.switches == report_.switches && !(leaf.modes < best_modes_)) return;
+    }
+    report_.cost = cost;
+    report_.switches = leaf.switches;
+    best_modes_ = leaf.modes;
+  }
+
+  void conclude(const Problem<M>& problem, Plan<M>& plan, bool complete) noexcept {
+    const bool found = std::isfinite(report_.cost);
+    const int hold = std::max(0, problem.modes.find(problem.lines.commanded()));
+    for (std::size_t b = 0; b < levels_.size(); ++b) plan.modes[b] = found ? best_modes_[b] : hold;
+    report_.bound = complete ? report_.cost : open_bound();
+    if (found)
+      report_.status = complete ? Status::optimal : Status::deadline_reached;
+    else if (!complete)
+      report_.status = Status::deadline_reached;
+    else
+      report_.status = numerical_failure_ ? Status::numerical_failure : Status::infeasible;
+  }
+
+  /// The least bound of what is still open, parents selected but not expanded included; at most the incumbent's cost.
+  double open_bound() const noexcept {
+    double bound = report_.cost;
+    for (std::size_t d = 0; d <= depth_; ++d)
+      for (int i = levels_[d].next; i < levels_[d].count; ++i)
+        bound = std::min(
+            bound, levels_[d].nodes[static_cast<std::size_t>(levels_[d].order[static_cast<std::size_t>(i)])].bound);
+    for (int g = 0; g < parent_count_; ++g) bound = std::min(bound, parents_[static_cast<std::size_t>(g)]->bound);
+    return bound;
+  }
+
+  TreeSearchSettings settings_;
+  RolloutKernel<M> kernel_;
+  SwitchTiming timing_;
+  LaneInputBuilder<M> builder_;
+  LaneInputs<M> inputs_, lowest_, highest_;
+  Lanes<M> lanes_;
+  Boxes<M> boxes_;
+  std::array<const Node*, max_lanes> lane_parent_{};
+  std::array<int, max_lanes> lane_mode_{}, lane_switches_{}, lane_source_{};
+  std::array<const Node*, max_lanes> parents_{};
+  std::vector<Level> levels_;
+  std::vector<ContinuousOf<M>> planned_;
+  std::vector<int> first_step_;
+  std::array<std::uint8_t, max_tree_blocks> best_modes_{};
+  std::size_t depth_ = 0;
+  int group_ = 1, parent_count_ = 0;
+  bool numerical_failure_ = false;
+  Report report_;
+};
+
+}  // namespace solenoid

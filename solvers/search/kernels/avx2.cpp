@@ -1,0 +1,13 @@
+// Compiled with this instruction set's flags (solvers/CMakeLists.txt); nothing else may be defined here.
+#include "solvers/search/kernels/declare.hpp"
+
+namespace solenoid::kernels {
+
+RolloutKernel<PneumaticActuator> avx2(PneumaticTag) {
+  return make_rollout_kernel<PneumaticActuator, xsimd::avx2>("avx2");
+}
+RolloutKernel<PrestabilisedActuator> avx2(PrestabilisedTag) {
+  return make_rollout_kernel<PrestabilisedActuator, xsimd::avx2>("avx2");
+}
+
+}  // namespace solenoid::kernels

@@ -1,0 +1,13 @@
+// Compiled with this instruction set's flags (solvers/CMakeLists.txt); nothing else may be defined here.
+#include "solvers/search/kernels/declare.hpp"
+
+namespace solenoid::kernels {
+
+RolloutKernel<PneumaticActuator> avx512(PneumaticTag) {
+  return make_rollout_kernel<PneumaticActuator, xsimd::avx512f>("avx512");
+}
+RolloutKernel<PrestabilisedActuator> avx512(PrestabilisedTag) {
+  return make_rollout_kernel<PrestabilisedActuator, xsimd::avx512f>("avx512");
+}
+
+}  // namespace solenoid::kernels

@@ -1,0 +1,13 @@
+// Compiled with this instruction set's flags (solvers/CMakeLists.txt); nothing else may be defined here.
+#include "solvers/search/kernels/declare.hpp"
+
+namespace solenoid::kernels {
+
+RolloutKernel<PneumaticActuator> baseline(PneumaticTag) {
+  return make_rollout_kernel<PneumaticActuator, xsimd::sse2>("baseline");
+}
+RolloutKernel<PrestabilisedActuator> baseline(PrestabilisedTag) {
+  return make_rollout_kernel<PrestabilisedActuator, xsimd::sse2>("baseline");
+}
+
+}  // namespace solenoid::kernels

@@ -1,0 +1,98 @@
+// Time and nodes of the searches on recorded closed-loop states, pinned to one core. Prints, for each problem, the
+// median, p99, p99.9 and worst over the instances of the best of several repetitions each.
+#include "core/metrics/metrics.hpp"
+#include "solvers/search/exhaustive.hpp"
+#include "tests/support/recorded_problems.hpp"
+
+#include <functional>
+
+#include <fmt/format.h>
+#include <sched.h>
+
+namespace solenoid::test {
+namespace {
+
+template <HybridModel M>
+std::vector<RecordedInstance<M>> instances(const Problem<M>& problem) {
+  const double start = problem.model.parameters().equilibrium_position_m();
+  std::vector<RecordedInstance<M>> all;
+  for (const Trajectory& motion : {thesis_sine(start), thesis_cycloidal(start)}) {
+    BranchAndBound<M> solver;
+    const auto some = record_closed_loop(problem, motion, solver);
+    all.insert(all.end(), some.begin(), some.end());
+  }
+  return all;
+}
+
+template <HybridModel M>
+double measure(const char* what, Problem<M> problem, Solver<M>& solver, const std::vector<RecordedInstance<M>>& all,
+               double full_tree, int repetitions, bool warm = true) {
+  solver.prepare(problem);
+  std::vector<double> best(all.size(), 1e300), nodes(all.size());
+  for (int r = 0; r < repetitions; ++r)
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      all[i].pose(problem);
+      Plan<M> plan = warm ? all[i].warm_start : Plan<M>(problem);
+      const Report report = solver.solve(problem, plan, Deadline::never());
+      best[i] = std::min(best[i], report.time_us);
+      nodes[i] = static_cast<double>(report.nodes);
+    }
+  const Percentiles t = percentiles(best), n = percentiles(nodes);
+  fmt::print(
+      "{:44s} us p50 {:8.2f} p99 {:8.2f} p99.9 {:8.2f} max {:8.2f} | nodes p50 {:5.0f} ({:.2f} %) p99 {:6.0f} max "
+      "{:6.0f}\n",
+      what, t.p50, t.p99, t.p999, t.max, n.p50, 100 * n.p50 / full_tree, n.p99, n.max);
+  return t.p50;
+}
+
+double full_tree(const Problem<PneumaticActuator>& p) {
+  double nodes = 0, level = 1;
+  for (std::size_t b = 0; b < p.horizon.blocks.size(); ++b) nodes += level *= p.modes.size();
+  return nodes;
+}
+
+void one_block(const char* valves) {
+  auto problem = actuator_problem<PneumaticActuator>(valves, {20});
+  const auto all = instances(problem);
+  Exhaustive<PneumaticActuator> scalar;
+  BranchAndBound<PneumaticActuator> enumerate({false, 0}), search;
+  const double full = full_tree(problem);
+  const double slow =
+      measure(fmt::format("{} one block, scalar enumeration", valves).c_str(), problem, scalar, all, full, 3);
+  const double fast =
+      measure(fmt::format("{} one block, SIMD enumeration", valves).c_str(), problem, enumerate, all, full, 7);
+  measure(fmt::format("{} one block, branch and bound", valves).c_str(), problem, search, all, full, 7);
+  fmt::print("{}: scalar / SIMD = {:.1f}\n", valves, slow / fast);
+}
+
+template <class M>
+void blocks(const char* name, const char* valves, const std::vector<int>& periods, double switching, int repetitions) {
+  auto problem = actuator_problem<M>(valves, periods, switching);
+  const auto all = instances(problem);
+  BranchAndBound<M> search;
+  const double full = full_tree(actuator_problem<PneumaticActuator>(valves, periods));
+  measure(fmt::format("{} {}^{} warm, w {:.0e}", name, problem.modes.size(), periods.size(), switching).c_str(),
+          problem, search, all, full, repetitions);
+  measure(fmt::format("{} {}^{} cold, w {:.0e}", name, problem.modes.size(), periods.size(), switching).c_str(),
+          problem, search, all, full, repetitions, false);
+}
+
+}  // namespace
+}  // namespace solenoid::test
+
+int main() {
+  using namespace solenoid;
+  using namespace solenoid::test;
+  cpu_set_t one;
+  CPU_ZERO(&one);
+  CPU_SET(1, &one);
+  sched_setaffinity(0, sizeof one, &one);
+  fmt::print("kernel: {}, {} doubles a register\n", rollout_kernel<PneumaticActuator>().architecture,
+             rollout_kernel<PneumaticActuator>().width);
+  one_block("three_way");
+  one_block("two_way");
+  for (const double switching : {0.0, 2e-8}) {
+    blocks<PneumaticActuator>("cylinder", "two_way", {2, 2, 4, 12}, switching, 3);
+    blocks<PrestabilisedActuator>("hybrid", "two_way", {2, 2, 4, 12}, switching, 3);
+  }
+}
