@@ -37,17 +37,18 @@ class PneumaticActuator {
   /// chamber pressures above supply.
   template <class S>
   S fill_flow(const S& pressure) const {
-    using std::sqrt;
+    using std::abs, std::sqrt;
     const S head = S(supply_) - pressure;
-    const S root = sqrt(select(head < S(0.0), S(0.0), head));
-    return select(pressure < S(fill_choked_below_), S(choked_flow_), S(fill_coefficient_) * root);
+    // The root of |head|, masked afterwards: the root of a masked zero has no finite derivative.
+    const S subsonic = select(head < S(0.0), S(0.0), S(S(fill_coefficient_) * sqrt(abs(head))));
+    return select(pressure < S(fill_choked_below_), S(choked_flow_), subsonic);
   }
 
   /// Flow into a chamber through its fully open exhaust valve [kg/s], negative above atmosphere, (5.7).
   template <class S>
   S exhaust_flow(const S& pressure) const {
     return select(pressure > S(exhaust_choked_above_), S(-choked_flow_),
-                  S(discharge_coefficient_) * (S(atmosphere_) - pressure));
+                  S(S(discharge_coefficient_) * (S(atmosphere_) - pressure)));
   }
 
   /// Gravity on the slide [N], (4.8).
@@ -76,7 +77,7 @@ class PneumaticActuator {
     const S friction = S(coulomb_) * direction + S(viscous_) * v;
     const S next = v + S(dt * inverse_mass_) * (applied - friction);
     const S slid = select(v * next < S(0.0), S(0.0), next);
-    const S magnitude = select(applied < S(0.0), -applied, applied);
+    const S magnitude = select(applied < S(0.0), S(-applied), applied);
     return select(select(moving, S(static_), magnitude) > S(static_), slid, select(moving, slid, S(0.0)));
   }
 
