@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <span>
 
 namespace solenoid {
@@ -90,9 +91,9 @@ template <HybridModel M>
     }
     const auto j = static_cast<std::size_t>(r.step + i);
     roll_step<M, double>(problem, j, switched, planned, state, cost);
-    if (constrained)
+    if (constrained)  // a state that is no number violates nothing: it shows in the cost, as a numerical failure
       for (std::size_t k = 0; k < M::state_size; ++k)
-        feasible = feasible && state[k] >= problem.bounds.state_lower[k] && state[k] <= problem.bounds.state_upper[k];
+        feasible = feasible && !(state[k] < problem.bounds.state_lower[k] || state[k] > problem.bounds.state_upper[k]);
     if (!outputs.empty()) outputs[j] = problem.model.template output<double>(state);
   }
   r.state = state;
@@ -121,7 +122,9 @@ Report evaluate(const Problem<M>& problem, Plan<M>& plan) noexcept {
   Report report;
   report.cost = total_cost(problem, r);
   report.switches = r.switches;
-  report.status = r.feasible ? Status::feasible : Status::infeasible;
+  report.status = !r.feasible                  ? Status::infeasible
+                  : std::isfinite(report.cost) ? Status::feasible
+                                               : Status::numerical_failure;
   return report;
 }
 
