@@ -38,17 +38,17 @@ class PneumaticActuator {
   /// chamber pressures above supply.
   template <class S>
   S fill_flow(const S& pressure) const {
-    using std::max;
-    using std::sqrt;
-    const S root = sqrt(max(S(supply_) - pressure, S(0.0)));
-    return select(pressure < S(fill_choked_below_), S(choked_flow_), S(fill_coefficient_) * root);
+    using std::max, std::sqrt;
+    // A head of 1e-30 Pa is none, and its root keeps a finite derivative for dual numbers.
+    const S root = sqrt(S(max(S(S(supply_) - pressure), S(1e-30))));
+    return select(pressure < S(fill_choked_below_), S(choked_flow_), S(S(fill_coefficient_) * root));
   }
 
   /// Flow into a chamber through its fully open exhaust valve [kg/s], negative above atmosphere, (5.7).
   template <class S>
   S exhaust_flow(const S& pressure) const {
     return select(pressure > S(exhaust_choked_above_), S(-choked_flow_),
-                  S(discharge_coefficient_) * (S(atmosphere_) - pressure));
+                  S(S(discharge_coefficient_) * (S(atmosphere_) - pressure)));
   }
 
   /// Gravity on the slide [N], (4.8).
@@ -77,7 +77,7 @@ class PneumaticActuator {
     const auto at_rest = v == S(0.0);
     const S coulomb = select(select(at_rest, applied, v) < S(0.0), S(-coulomb_), S(coulomb_));
     const S next = v + S(dt * inverse_mass_) * (applied - (coulomb + S(viscous_) * v));
-    const auto reverses = v * next < S(0.0);
+    const auto reverses = S(v * next) < S(0.0);
     const auto sticks = at_rest & (S(abs(applied)) <= S(static_));
     return select(reverses | sticks, S(0.0), next);
   }
@@ -95,11 +95,12 @@ class PneumaticActuator {
 
     const S applied = cylinder_force<S>(pa, pb) + gravity_force<S>(y) + saturated_motor_force<S>(motor[0]);
     const S v_free = velocity_after<S>(v, applied, dt);
+    using std::max, std::min;
     const S y_free = y + S(dt) * v;
-    const auto low = y_free<S(position_min_), high = y_free> S(position_max_);
-    const S y_next = select(low, S(position_min_), select(high, S(position_max_), y_free));
-    const S v_next = select(low & (v_free < S(0.0)), S(0.0), select(high & (v_free > S(0.0)), S(0.0), v_free));
-    return {y_next, v_next, select(pa_next < S(0.0), S(0.0), pa_next), select(pb_next < S(0.0), S(0.0), pb_next)};
+    const S y_next = min(S(max(y_free, S(position_min_))), S(position_max_));
+    const S v_next = select(y_free < S(position_min_), S(max(v_free, S(0.0))),
+                            select(y_free > S(position_max_), S(min(v_free, S(0.0))), v_free));
+    return {y_next, v_next, S(max(pa_next, S(0.0))), S(max(pb_next, S(0.0)))};
   }
 
   template <class S>
@@ -128,8 +129,9 @@ class PneumaticActuator {
                     const Vector<S, 4>& opening_high, const S& motor_low, const S& motor_high, double dt) const {
     using std::max;
     using std::min;
-    const S y_low = max(low[position] + S(dt) * low[velocity], S(position_min_));
-    const S y_high = min(high[position] + S(dt) * high[velocity], S(position_max_));
+    const auto inside_stops = [&](const S& y) { return S(min(S(max(y, S(position_min_))), S(position_max_))); };
+    const S y_low = inside_stops(low[position] + S(dt) * low[velocity]);
+    const S y_high = inside_stops(high[position] + S(dt) * high[velocity]);
     const S middle = S(0.5) * (low[position] + high[position]), half = S(0.5) * (high[position] - low[position]);
     const S gravity = gravity_force<S>(middle), slack = S(gravity_amplitude_ * angle_per_m_) * half;
     const S applied_low = cylinder_force<S>(low[pressure_a], high[pressure_b]) + gravity - slack + motor_low;
@@ -144,9 +146,12 @@ class PneumaticActuator {
     const Vector<S, 2> pb = enclose_pressure<S>(low[pressure_b], high[pressure_b], -high[velocity], -low[velocity],
                                                 b_short, b_long, heating_b_, opening_low, opening_high, fill_b, dt);
     // A stop ends only motion towards it, so it can raise the lowest velocity and lower the highest one, not the
-    // reverse.
-    low = {y_low, select(y_high < S(position_max_), v_low, min(v_low, S(0.0))), pa[0], pb[0]};
-    high = {y_high, select(y_low > S(position_min_), v_high, max(v_high, S(0.0))), pa[1], pb[1]};
+    // reverse. Velocities and pressures are cut where no state of the actuator is, so that a box that says nothing
+    // stays finite.
+    const S v_lowest = select(y_high < S(position_max_), v_low, S(min(v_low, S(0.0))));
+    const S v_highest = select(y_low > S(position_min_), v_high, S(max(v_high, S(0.0))));
+    low = {y_low, S(max(v_lowest, S(-1e4))), pa[0], pb[0]};
+    high = {y_high, S(min(v_highest, S(1e4))), S(min(pa[1], S(1e9))), S(min(pb[1], S(1e9)))};
   }
 
   /// The nearest state inside the end stops with pressures between vacuum and twice supply: what a prediction starts

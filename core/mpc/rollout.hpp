@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <span>
 
 namespace solenoid {
@@ -68,29 +69,39 @@ inline void roll_step(const Problem<M>& problem, std::size_t j, const Vector<Sca
 
 /// Commands `mode`, rolls one block of `length` steps, and adds its share of the cost.
 /// `outputs` (empty, or all steps of the horizon) receives the predicted outputs.
+///
+/// Everything is inlined here, and state and cost live in locals, so that a step of the loop hands its results to the
+/// next in registers: a prediction is one long dependency chain, and each detour over memory lengthens it.
 template <HybridModel M>
 [[gnu::flatten]] void roll_block(const Problem<M>& problem, const SwitchTiming& timing, int mode, int length,
                                  const ContinuousOf<M>& planned, Rollout<M>& r,
                                  std::span<OutputOf<M>> outputs = {}) noexcept {
   const SwitchPattern pattern = problem.modes.pattern(mode);
-  r.feasible = r.feasible && r.lines.may_command(pattern, timing);
+  bool feasible = r.feasible && r.lines.may_command(pattern, timing);
   const int changes = std::popcount(pattern ^ r.lines.commanded());
   r.switches += changes;
-  r.cost += problem.cost.switching * changes;
   r.lines.command(pattern, timing);
   const bool constrained = problem.bounds.constrain_state();
   const int settled = r.lines.settled_after();
+  StateOf<M> state = r.state;
+  double cost = r.cost + problem.cost.switching * changes;
   SwitchedOf<M> switched{};
-  for (int i = 0; i < length; ++i, ++r.step) {
-    if (i <= settled) std::ranges::copy(problem.modes.point(r.lines.effective(i)), switched.begin());
-    const auto j = static_cast<std::size_t>(r.step);
-    roll_step<M, double>(problem, j, switched, planned, r.state, r.cost);
-    if (constrained)
+  for (int i = 0; i < length; ++i) {
+    if (i <= settled) {
+      const std::span<const double> point = problem.modes.point(r.lines.effective(i));
+      for (std::size_t k = 0; k < M::switched_size; ++k) switched[k] = point[k];
+    }
+    const auto j = static_cast<std::size_t>(r.step + i);
+    roll_step<M, double>(problem, j, switched, planned, state, cost);
+    if (constrained)  // a state that is no number violates nothing: it shows in the cost, as a numerical failure
       for (std::size_t k = 0; k < M::state_size; ++k)
-        r.feasible =
-            r.feasible && r.state[k] >= problem.bounds.state_lower[k] && r.state[k] <= problem.bounds.state_upper[k];
-    if (!outputs.empty()) outputs[j] = problem.model.template output<double>(r.state);
+        feasible = feasible && !(state[k] < problem.bounds.state_lower[k] || state[k] > problem.bounds.state_upper[k]);
+    if (!outputs.empty()) outputs[j] = problem.model.template output<double>(state);
   }
+  r.state = state;
+  r.cost = cost;
+  r.feasible = feasible;
+  r.step += length;
   r.lines.advance(length);
 }
 
@@ -114,7 +125,9 @@ Report evaluate(const Problem<M>& problem, Plan<M>& plan) noexcept {
   Report report;
   report.cost = total_cost(problem, r);
   report.switches = r.switches;
-  report.status = r.feasible ? Status::feasible : Status::infeasible;
+  report.status = !r.feasible                  ? Status::infeasible
+                  : std::isfinite(report.cost) ? Status::feasible
+                                               : Status::numerical_failure;
   return report;
 }
 

@@ -262,8 +262,10 @@ class BranchAndBound final : public Solver<M> {
       }
       pad_boxes();
       kernel_.enclose(problem, {planned_.data(), first, length, report_.cost}, lowest_, highest_, boxes_);
-      for (int lane = 0; lane < boxes_.count; ++lane)
-        level.nodes[static_cast<std::size_t>(from + lane)].bound = boxes_.cost[lane];
+      for (int lane = 0; lane < boxes_.count; ++lane) {
+        Node& node = level.nodes[static_cast<std::size_t>(from + lane)];
+        node.bound = std::max(node.cost, boxes_.cost[lane]);  // in this order: a box that is no number says nothing
+      }
     }
   }
 
@@ -305,6 +307,7 @@ class BranchAndBound final : public Solver<M> {
   void keep_if_better(const Problem<M>& problem, const Node& leaf) noexcept {
     const double cost = rollout_detail::weighted_square<M, double>(
         problem.cost.terminal, problem.reference.back(), problem.model.template output<double>(leaf.state), leaf.cost);
+    numerical_failure_ = numerical_failure_ || std::isnan(cost);
     if (!std::isfinite(cost) || cost > report_.cost) return;
     if (cost == report_.cost) {
       if (leaf.switches > report_.switches) return;

@@ -1,0 +1,84 @@
+#include "controllers/mpc_controller.hpp"
+#include "core/actuator/valves.hpp"
+
+#include <gtest/gtest.h>
+
+namespace solenoid {
+namespace {
+
+TEST(IntegralOffset, IsTheRunningSumOfTheThesisWithForgettingOne) {
+  IntegralOffset offset({.gain = 0.005});
+  double sum = 0;
+  for (int i = 0; i < 500; ++i) {
+    const double error = 1e-3 * std::sin(0.1 * i) + 2e-4;
+    sum += error;
+    EXPECT_DOUBLE_EQ(offset.update(error), 0.005 * sum);
+  }
+}
+
+TEST(IntegralOffset, ForgetsGeometricallyAndStaysInItsBound) {
+  IntegralOffset fading({.gain = 1.0, .forgetting = 0.9});
+  fading.update(1.0);
+  for (int i = 1; i < 50; ++i) EXPECT_NEAR(fading.update(0.0), std::pow(0.9, i), 1e-14);
+  IntegralOffset bounded({.gain = 0.005, .limit_m = 0.002});
+  for (int i = 0; i < 1000; ++i) EXPECT_LE(bounded.update(0.01), 0.002 * (1 + 1e-12));
+  EXPECT_LT(bounded.update(-0.01), 0.002);  // no wind-up: it turns back at once
+}
+
+TEST(MotorLaws, InverseDynamicsMakeTheErrorDecayLinearly) {
+  // m_eq e'' + K_d e' + K_p e = 0 while nothing saturates, (5.13).
+  const PneumaticActuator model;
+  const InverseDynamicsMotor law(model, {50.0, 5.0});
+  const ReferenceSample desired{0.05, 0.1, 0.02};
+  const ActuatorState x{0.0499, 0.098, 101325 * 1.25, 101325};
+  const double force = law.force(desired, x), m = model.parameters().equivalent_mass_kg();
+  ASSERT_LT(std::abs(force), 7.99);
+  const double applied = model.cylinder_force(x[2], x[3]) + model.gravity_force(x[0]) + force;
+  const double acceleration = (model.velocity_after(x[1], applied, 1e-6) - x[1]) / 1e-6;
+  EXPECT_NEAR(m * (0.02 - acceleration) + 5.0 * 0.002 + 50.0 * 0.0001, 0.0, 1e-6);
+  EXPECT_NEAR(PdMotor(model, {}).force(desired, x), 23000 * 0.0001 + 400 * 0.002, 1e-9);
+  EXPECT_NEAR(PdMotor(model, {}).force({0.06, 0, 0}, x), 8.0, 1e-12);
+}
+
+/// Plans mode 1, 2, 3, 1, ... and calls every third plan unusable.
+struct Scripted final : Solver<PneumaticActuator> {
+  explicit Scripted(std::vector<double>& references) : references(references) {}
+  void prepare(const Problem<PneumaticActuator>&) override {}
+  Report solve(const Problem<PneumaticActuator>& p, Plan<PneumaticActuator>& plan, Deadline) noexcept override {
+    references.push_back(p.reference.front()[0]);
+    plan.modes.front() = 1 + calls % 3;
+    Report report;
+    report.status = ++calls % 3 == 0 ? Status::numerical_failure : Status::optimal;
+    return report;
+  }
+  std::vector<double>& references;
+  int calls = 0;
+};
+
+TEST(MpcController, CommandsEveryPeriodKeepsThroughFailuresAndShiftsTheReference) {
+  std::vector<double> references;
+  Problem<PneumaticActuator> problem(PneumaticActuator{}, valve_modes("three_way", {}), {1e-3, {100}}, {});
+  MpcController<PneumaticActuator> controller({std::move(problem),
+                                               std::make_unique<Scripted>(references),
+                                               Trajectory(0.06),
+                                               {.gain = 0.005},
+                                               NoMotor{},
+                                               std::nullopt});
+  const SwitchPattern expected[] = {1, 2, 2, 1, 2, 2};  // the third and sixth plans are not to be applied
+  Sensors sensors;
+  sensors.ideal = true;
+  sensors.truth = {0.05, 0, 101325, 101325};
+  for (int k = 0; k < 30; ++k) {
+    sensors.time_s = 1e-3 * k;
+    const Decision d = controller.step(sensors);
+    EXPECT_EQ(d.solved, k % 5 == 0);
+    EXPECT_EQ(d.command.coils, expected[k / 5]) << k;
+    EXPECT_NEAR(d.offset_m, 0.005 * 0.01 * (k + 1), 1e-15);
+  }
+  ASSERT_EQ(references.size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i)
+    EXPECT_NEAR(references[i], 0.06 + 0.005 * 0.01 * static_cast<double>(5 * i + 1), 1e-15);
+}
+
+}  // namespace
+}  // namespace solenoid

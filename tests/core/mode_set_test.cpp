@@ -1,0 +1,197 @@
+#include "core/mpc/mode_set.hpp"
+
+#include "core/actuator/valves.hpp"
+
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace solenoid {
+namespace {
+
+/// What a delay line means, edge by edge: a command schedules its edges, and drops those scheduled at or after them.
+class NaiveLine {
+ public:
+  explicit NaiveLine(bool on) : now_(on), commanded_(on) {}
+  void command(bool on, int rise, int fall) {
+    if (on == commanded_) return;
+    commanded_ = on;
+    changed_at_ = time_;
+    const int due = time_ + (on ? rise : fall);
+    std::erase_if(edges_, [&](const auto& edge) { return edge.first >= due; });
+    edges_.push_back({due, on});
+    apply();
+  }
+  void advance() { ++time_, apply(); }
+  bool effective(int ahead) const {
+    bool state = now_;
+    for (const auto& [due, on] : edges_)
+      if (due <= time_ + ahead) state = on;
+    return state;
+  }
+  bool free(int dwell) const { return time_ - changed_at_ >= dwell; }
+  bool commanded() const { return commanded_; }
+
+ private:
+  void apply() {
+    while (!edges_.empty() && edges_.front().first <= time_) now_ = edges_.front().second, edges_.erase(edges_.begin());
+  }
+  int time_ = 0, changed_at_ = -1'000'000;
+  bool now_, commanded_;
+  std::vector<std::pair<int, bool>> edges_;
+};
+
+class RandomLines : public testing::TestWithParam<int> {};
+
+TEST_P(RandomLines, AgreeWithAListOfScheduledEdges) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(GetParam()));
+  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<std::uint64_t>(n)); };
+  const int n = 1 + below(8), longest = GetParam() % 2 ? 6 : 63;
+  SwitchTiming timing;
+  timing.switches = n;
+  for (std::size_t c = 0; c < max_switches; ++c)
+    timing.rise[c] = below(longest), timing.fall[c] = below(longest), timing.dwell[c] = below(10);
+  const auto start = static_cast<SwitchPattern>(below(1 << n));
+  SwitchLines lines(start);
+  std::vector<NaiveLine> naive;
+  for (int c = 0; c < n; ++c) naive.emplace_back((start >> c) & 1u);
+  const auto effective = [&](int ahead) {
+    SwitchPattern pattern = 0;
+    for (int c = 0; c < n; ++c)
+      pattern |= static_cast<SwitchPattern>(naive[static_cast<std::size_t>(c)].effective(ahead)) << c;
+    return pattern;
+  };
+  for (int round = 0; round < 400; ++round) {
+    const auto pattern = static_cast<SwitchPattern>(below(1 << n));
+    bool free = true;
+    for (std::size_t c = 0; c < naive.size(); ++c)
+      if (naive[c].commanded() != (((pattern >> c) & 1u) != 0)) free = free && naive[c].free(timing.dwell[c]);
+    ASSERT_EQ(lines.may_command(pattern, timing), free);
+    lines.command(pattern, timing);
+    for (std::size_t c = 0; c < naive.size(); ++c)
+      naive[c].command((pattern >> c) & 1u, timing.rise[c], timing.fall[c]);
+    ASSERT_EQ(lines.commanded(), pattern);
+    int last_change = 0;
+    for (int ahead = 0; ahead < 70; ++ahead) {
+      ASSERT_EQ(lines.effective(ahead), effective(ahead)) << "round " << round << " ahead " << ahead;
+      if (ahead > 0 && lines.effective(ahead) != lines.effective(ahead - 1)) last_change = ahead;
+    }
+    ASSERT_EQ(lines.settled_after(), last_change);
+    const int steps = below(GetParam() % 2 ? 8 : 70);
+    SwitchLines one_by_one = lines;
+    for (int i = 0; i < steps; ++i) {
+      one_by_one.advance(1);
+      for (NaiveLine& line : naive) line.advance();
+    }
+    const SwitchPattern then = lines.effective(steps);
+    lines.advance(steps);
+    ASSERT_EQ(lines, one_by_one);
+    ASSERT_EQ(lines.effective(), then);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomLines, testing::Range(1, 25));
+
+TEST(SwitchLines, SwallowAPulseShorterThanItsDelay) {
+  SwitchTiming timing;
+  timing.rise[0] = 4, timing.fall[0] = 1;
+  SwitchLines lines(0);
+  lines.command(1, timing);
+  lines.advance(2);
+  lines.command(0, timing);  // falls at 3, before the rise at 4
+  for (int ahead = 0; ahead < 10; ++ahead) EXPECT_EQ(lines.effective(ahead), 0u);
+}
+
+void expect_refused(const std::function<void()>& make, const std::string& words) {
+  try {
+    make();
+    ADD_FAILURE() << "accepted; expected: " << words;
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr(words));
+  }
+}
+
+TEST(ModeSet, RefusesWhatIsWrongByName) {
+  const auto build = [](std::vector<Switch> s, std::vector<Mode> m, std::vector<std::vector<double>> gain) {
+    return [=] { ModeSet("m", s, m, {0.0}, gain); };
+  };
+  expect_refused(build(std::vector<Switch>(9), {{"a", 0}}, std::vector<std::vector<double>>(9, {1.0})), "9 switches");
+  expect_refused(build({{"s"}}, {}, {{1.0}}), "at least one mode");
+  expect_refused(build({{"s"}}, {{"far", 2}}, {{1.0}}), "'far' uses a switch beyond");
+  expect_refused(build({{"s"}}, {{"a", 1}, {"b", 1}}, {{1.0}}), "'a' and 'b' are the same");
+  expect_refused(build({{"s"}}, {{"a", 0}}, {}), "one gain column");
+  expect_refused(build({{"s"}}, {{"a", 0}}, {{1.0, 2.0}}), "gain of switch 's' needs 1");
+  const auto timing = [](Switch s) {
+    return [=] { SwitchTiming(ModeSet("m", {s}, {{"a", 0}}, {0.0}, {{1.0}}), 1e-3); };
+  };
+  expect_refused(timing({"s", 0.063}), "rise_delay of 0.063 s is 63 steps");
+  expect_refused(timing({"s", 0, -0.001}), "fall_delay");
+  expect_refused(timing({"s", 0, 0, 0.1}), "min_dwell");
+  EXPECT_NO_THROW(timing({"s", 0.062, 0.062, 0.062})());
+}
+
+TEST(ModeSet, ScalesDelaysAndKeepsTheRest) {
+  const ModeSet slow = valve_modes("two_way", {}).with_delays_scaled(1.5);
+  const SwitchTiming timing(slow, 1e-3);
+  EXPECT_EQ(timing.rise[0], 6);
+  EXPECT_EQ(timing.fall[0], 2);  // 1.5 steps, rounded
+  EXPECT_EQ(slow.size(), 9);
+}
+
+TEST(Valves, MapEveryPatternToItsOpenings) {
+  const ModeSet three_way = valve_modes("three_way", {});
+  ASSERT_EQ(three_way.size(), 4);
+  for (SwitchPattern u = 0; u < 4; ++u) {
+    EXPECT_EQ(three_way.pattern(static_cast<int>(u)), u);  // mode = u_p of Table 5-1
+    const double a = u & 1u, b = u >> 1;
+    EXPECT_THAT(three_way.point(u), testing::ElementsAre(a, 1 - a, b, 1 - b));
+  }
+  for (const auto& [name, size] : {std::pair{"two_way", 9}, {"seven_mode", 7}, {"three_mode", 3}}) {
+    const ModeSet modes = valve_modes(name, {});
+    ASSERT_EQ(modes.size(), size) << name;
+    EXPECT_EQ(modes.pattern(0), 0u);
+    for (const Mode& mode : modes.modes()) {
+      const SwitchPattern q = mode.pattern;
+      EXPECT_THAT(modes.point(q), testing::ElementsAre(q & 1u, (q >> 1) & 1u, (q >> 2) & 1u, (q >> 3) & 1u));
+      EXPECT_NE(q & 3u, 3u) << "supply and exhaust of A";
+      EXPECT_NE(q >> 2, 3u) << "supply and exhaust of B";
+    }
+  }
+  const ModeSet seven = valve_modes("seven_mode", {});
+  EXPECT_EQ(seven.find(0b0101), -1);  // both fill
+  EXPECT_EQ(seven.find(0b1010), -1);  // both exhaust
+  const ModeSet three = valve_modes("three_mode", {});
+  EXPECT_NE(three.find(0b1001), -1);
+  EXPECT_NE(three.find(0b0110), -1);
+  expect_refused([] { valve_modes("five_way", {}); }, "three_way, two_way, three_mode, seven_mode");
+}
+
+TEST(Valves, NeverOpenSupplyAndExhaustTogetherWhileEdgesAreInFlight) {
+  for (const char* name : {"two_way", "seven_mode", "three_mode"}) {
+    const ModeSet modes = valve_modes(name, {});
+    const SwitchTiming timing(modes, 1e-3);
+    std::mt19937_64 random(5);
+    SwitchLines lines(0);
+    for (int period = 0; period < 5000; ++period) {
+      lines.command(modes.pattern(static_cast<int>(random() % static_cast<std::uint64_t>(modes.size()))), timing);
+      for (int i = 0; i < 5; ++i, lines.advance(1)) {
+        const SwitchPattern open = lines.effective();
+        ASSERT_NE(open & 3u, 3u) << name;
+        ASSERT_NE(open >> 2, 3u) << name;
+      }
+    }
+  }
+}
+
+TEST(Valves, BlockTheChamberBetweenFillAndExhaust) {
+  const ModeSet modes = valve_modes("two_way", {});
+  const SwitchTiming timing(modes, 1e-3);
+  SwitchLines lines(0b01);
+  lines.command(0b10, timing);  // fill A to exhaust A: supply closes after 1 ms, exhaust opens after 4
+  const SwitchPattern expected[] = {0b01, 0b00, 0b00, 0b00, 0b10};
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(lines.effective(i), expected[i]) << i << " ms";
+}
+
+}  // namespace
+}  // namespace solenoid

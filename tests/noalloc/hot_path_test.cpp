@@ -1,0 +1,93 @@
+#include "controllers/factory.hpp"
+#include "controllers/timing.hpp"
+#include "core/rt/allocation_guard.hpp"
+#include "core/rt/clock.hpp"
+#include "core/rt/control_loop.hpp"
+#include "experiments/sim/model_plant.hpp"
+
+#include <cstdlib>
+#include <memory>
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+namespace solenoid {
+namespace {
+
+template <class Work>
+std::int64_t allocations_of(Work work) {
+  const std::int64_t before = AllocationGuard::thread_allocations();
+  work();
+  return AllocationGuard::thread_allocations() - before;
+}
+
+void* volatile sink;  // keeps the optimiser from removing an allocation
+
+TEST(AllocationGuard, CountsEveryWayToAllocate) {
+  ASSERT_TRUE(AllocationGuard::available());
+  const auto counted_and_freed = [](auto allocate) {
+    return allocations_of([&] {
+      sink = allocate();
+      std::free(sink);
+    });
+  };
+  EXPECT_EQ(counted_and_freed([] { return std::malloc(16); }), 1);
+  EXPECT_EQ(counted_and_freed([] { return std::calloc(4, 4); }), 1);
+  EXPECT_EQ(counted_and_freed([] { return std::realloc(nullptr, 16); }), 1);
+  EXPECT_GE(counted_and_freed([] { return std::aligned_alloc(64, 128); }), 1);
+  EXPECT_GE(allocations_of([] {
+              sink = ::operator new(16);
+              ::operator delete(sink);
+            }),
+            1);
+  EXPECT_GE(allocations_of([] {
+              Eigen::MatrixXd m(7, 7);
+              sink = m.data();
+            }),
+            1);
+  EXPECT_EQ(allocations_of([] {}), 0);
+}
+
+VariantConfig variant(const char* valves, const char* motor) {
+  VariantConfig v;
+  v.valves = valves;
+  v.motor = motor;
+  v.integral.gain = 0.005;
+  v.switching_weight = 1e-8;
+  v.air_weight = 1e-6;
+  v.blocks = {2, 4, 14};
+  return v;
+}
+
+TEST(HotPath, ExhaustiveSolvesWithoutAllocation) {
+  for (const char* valves : {"three_way", "two_way"}) {
+    Problem<PneumaticActuator> problem = make_problem(variant(valves, "none"), Plane::vertical);
+    problem.initial = {0.05, 0.1, 150e3, 150e3};
+    const auto solver = make_solver("exhaustive");
+    solver->prepare(problem);
+    Plan<PneumaticActuator> plan(problem);
+    Report report;
+    EXPECT_EQ(allocations_of([&] { report = solver->solve(problem, plan, Deadline::never()); }), 0);
+    EXPECT_EQ(report.status, Status::optimal);
+  }
+}
+
+TEST(HotPath, ControllerAndLoopRunWithoutAllocation) {
+  for (const char* motor : {"none", "pd", "inverse_dynamics"}) {
+    const VariantConfig v = variant("two_way", motor);
+    const Trajectory task = thesis_sine(v.believed.equilibrium_position_m());
+    ModelPlant plant(v.believed, v.valves, task.start_m(), {.ideal = false, .noise = true});
+    const auto controller = make_controller(v, task, Plane::vertical);
+    CommandLimits limits = make_limits(v);
+    MemoryRecorder recorder(100);
+    FakeClock clock;
+    ControlLoop loop(plant, clock, *controller, limits, recorder);
+    EXPECT_EQ(allocations_of([&] { loop.run(100, tick_s); }), 0) << motor;
+    ASSERT_EQ(recorder.records().size(), 100u);
+    const Sensors sensors = recorder.records().back().sensors;
+    EXPECT_EQ(allocations_of([&] { controller->step(sensors); }), 0) << motor;
+  }
+}
+
+}  // namespace
+}  // namespace solenoid
