@@ -21,8 +21,9 @@ VariantConfig thesis_variant(const std::string& motor, const std::string& parame
   return v;
 }
 
-ScenarioConfig thesis_scenario(const std::string& kind, double payload_kg) {
-  const double start_m = ActuatorParameters{}.equilibrium_position_m();
+/// The motion starts where gravity is in balance under these parameters: y_eq of (4.8), 19.70 mm as printed.
+ScenarioConfig thesis_scenario(const std::string& kind, double payload_kg, const ActuatorParameters& parameters) {
+  const double start_m = parameters.equilibrium_position_m();
   ScenarioConfig s;
   s.name = s.trajectory_kind = kind;
   s.trajectory = kind == "sine" ? thesis_sine(start_m) : thesis_cycloidal(start_m);
@@ -59,7 +60,7 @@ std::vector<ReproducedCase> simulation_table(const std::string& name, const std:
       c.parameters = parameters;
       c.variant = thesis_variant(motor, parameters);
       c.name = fmt::format("{}, {} kg", c.variant.name, payload_kg);
-      c.scenario = thesis_scenario(kind, payload_kg);
+      c.scenario = thesis_scenario(kind, payload_kg, c.variant.believed);
       c.compared = comparisons(printed, row);
       cases.push_back(std::move(c));
     }
