@@ -1,7 +1,9 @@
+#include "core/config/reader.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/thesis/reproduce.hpp"
 #include "experiments/thesis/reproduce_output.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <thread>
@@ -35,7 +37,9 @@ void run_reproduce(const ReproduceOptions& options) {
   const auto to_text = options.format == "json"  ? reproduction_json
                        : options.format == "csv" ? reproduction_csv
                                                  : reproduction_text;
-  fmt::print("{}", to_text(cells));
+  const std::string text = to_text(cells);
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
+    throw ConfigError("reproduce: standard output cannot be written (allowed: a place with room)");
 }
 
 }  // namespace

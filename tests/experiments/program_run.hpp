@@ -41,10 +41,11 @@ inline std::string text_of(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Runs the program without a shell; `path` replaces PATH when it is not empty.
-inline ProgramRun run_program(std::vector<std::string> arguments, const std::string& path = "") {
+/// Runs the program without a shell; `path` replaces PATH and `output` the captured standard output when not empty.
+inline ProgramRun run_program(std::vector<std::string> arguments, const std::string& path = "",
+                              const std::string& output = "") {
   const Folder folder;
-  const std::string out = folder / "out", err = folder / "err";
+  const std::string out = output.empty() ? (folder / "out").string() : output, err = folder / "err";
   arguments.insert(arguments.begin(), SOLENOID_PROGRAM);
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
@@ -58,7 +59,7 @@ inline ProgramRun run_program(std::vector<std::string> arguments, const std::str
   }
   int status = 0;
   waitpid(child, &status, 0);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(out), text_of(err)};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, output.empty() ? text_of(out) : "", text_of(err)};
 }
 
 }  // namespace solenoid::test

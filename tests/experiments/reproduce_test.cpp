@@ -223,5 +223,11 @@ TEST(ReproduceCommand, RefusesUnknownNamesFormatsAndJobsInOneLine) {
   EXPECT_EQ(test::run_program({"reproduce", "table-6-2", "--jobs", "0"}).exit_code, 2);
 }
 
+TEST(ReproduceCommand, AFullDiskIsAnErrorInOneLine) {
+  const test::ProgramRun run = test::run_program({"reproduce", "table-6-2", "--format", "csv"}, "", "/dev/full");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("standard output cannot be written"));
+}
+
 }  // namespace
 }  // namespace solenoid
