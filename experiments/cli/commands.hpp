@@ -16,5 +16,7 @@ enum ExitCode : int {
 
 /// Each adds one subcommand to the program; its callback leaves the exit code.
 void add_list(CLI::App& app, int& exit_code);
+void add_reproduce(CLI::App& app, int& exit_code);
+void add_plot(CLI::App& app, int& exit_code);
 
 }  // namespace solenoid

@@ -10,6 +10,8 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   int exit_code = solenoid::success;
   solenoid::add_list(app, exit_code);
+  solenoid::add_reproduce(app, exit_code);
+  solenoid::add_plot(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

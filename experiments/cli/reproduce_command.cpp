@@ -1,0 +1,62 @@
+#include "core/config/reader.hpp"
+#include "experiments/cli/commands.hpp"
+#include "experiments/thesis/reproduce.hpp"
+#include "experiments/thesis/reproduce_output.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace solenoid {
+namespace {
+
+struct ReproduceOptions {
+  std::vector<std::string> tables;
+  std::string format = "table";
+  int jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+};
+
+/// On a terminal one line that counts; otherwise a line when all is done.
+void show_progress(std::size_t done, std::size_t all) {
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  if (terminal) fmt::print(stderr, "\rreproduce: {} of {} runs{}", done, all, done == all ? "\n" : "");
+  if (!terminal && done == all) fmt::print(stderr, "reproduce: {} runs done\n", all);
+  std::fflush(stderr);
+}
+
+void run_reproduce(const ReproduceOptions& options) {
+  std::vector<ReproducedCase> cases;
+  for (const ReproducibleTable& table : select_tables(options.tables))
+    for (ReproducedCase& c : table.cases()) cases.push_back(std::move(c));
+  const std::vector<Cell> cells = reproduce(cases, options.jobs, show_progress);
+  const auto to_text = options.format == "json"  ? reproduction_json
+                       : options.format == "csv" ? reproduction_csv
+                                                 : reproduction_text;
+  const std::string text = to_text(cells);
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
+    throw ConfigError("reproduce: standard output cannot be written (allowed: a place with room)");
+}
+
+}  // namespace
+
+void add_reproduce(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("reproduce", "the thesis's tables: ours beside the thesis's");
+  const auto options = std::make_shared<ReproduceOptions>();
+  std::string known;
+  for (const ReproducibleTable& table : reproducible_tables()) known += table.name + ", ";
+  command->add_option("tables", options->tables, known + "or all (default)");
+  command->add_option("--format", options->format, "table, json or csv")
+      ->check(CLI::IsMember({"table", "json", "csv"}));
+  command->add_option("--jobs", options->jobs, "runs at a time")->check(CLI::Range(1, 256));
+  command->callback([options, &exit_code] {
+    run_reproduce(*options);
+    exit_code = success;
+  });
+}
+
+}  // namespace solenoid
