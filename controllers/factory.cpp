@@ -2,7 +2,8 @@
 
 #include "controllers/mpc_controller.hpp"
 #include "core/actuator/valves.hpp"
-#include "solvers/search/exhaustive.hpp"
+#include "solvers/search/branch_and_bound.hpp"
+#include "solvers/search/rollout_kernels.hpp"
 
 namespace solenoid {
 namespace {
@@ -14,8 +15,9 @@ Horizon make_horizon(const VariantConfig& v) {
   return horizon;
 }
 
-Cost<PneumaticActuator> make_cost(const VariantConfig& v) {
-  Cost<PneumaticActuator> cost;
+template <HybridModel Model>
+Cost<Model> make_cost(const VariantConfig& v) {
+  Cost<Model> cost;
   cost.tracking = {v.position_weight, v.velocity_weight};
   cost.terminal = {v.terminal_position_weight, v.terminal_velocity_weight};
   cost.switching = v.switching_weight;
@@ -24,29 +26,53 @@ Cost<PneumaticActuator> make_cost(const VariantConfig& v) {
 }
 
 MotorLaw make_motor(const VariantConfig& v, const PneumaticActuator& model) {
-  if (v.motor == "pd") return PdMotor(model, v.motor_gains);
+  if (v.motor == "pd" || v.motor == "in_prediction") return PdMotor(model, v.motor_gains);
   if (v.motor == "inverse_dynamics") return InverseDynamicsMotor(model, v.motor_gains);
   return NoMotor{};
 }
 
-}  // namespace
-
-Problem<PneumaticActuator> make_problem(const VariantConfig& v, Plane plane) {
+template <HybridModel Model>
+Model make_model(const VariantConfig& v, Plane plane) {
   ActuatorParameters believed = v.believed;
   believed.plane = plane;
-  return {PneumaticActuator(believed), valve_modes(v.valves, believed), make_horizon(v), make_cost(v)};
+  if constexpr (HasFeedback<Model>)
+    return Model(believed, v.motor_gains);
+  else
+    return Model(believed);
 }
 
-std::unique_ptr<Solver<PneumaticActuator>> make_solver(const std::string&) {
-  return std::make_unique<Exhaustive<PneumaticActuator>>();
+template <HybridModel Model>
+std::unique_ptr<Controller> make_mpc(const VariantConfig& v, const Trajectory& reference, Plane plane) {
+  using Mpc = MpcController<Model>;
+  Problem<Model> problem = make_problem<Model>(v, plane);
+  MotorLaw motor = make_motor(v, problem.model);
+  return std::make_unique<Mpc>(typename Mpc::Parts{std::move(problem), make_solver<Model>(v.solver), reference,
+                                                   v.integral, motor, v.deadline_ms});
 }
+
+}  // namespace
+
+template <HybridModel Model>
+Problem<Model> make_problem(const VariantConfig& v, Plane plane) {
+  const Model model = make_model<Model>(v, plane);
+  return {model, valve_modes(v.valves, model.parameters()), make_horizon(v), make_cost<Model>(v)};
+}
+
+template <HybridModel Model>
+std::unique_ptr<Solver<Model>> make_solver(const std::string& name) {
+  if (name == "exhaustive") return std::make_unique<BranchAndBound<Model>>(TreeSearchSettings{.prune = false});
+  if (name == "branch_and_bound") return std::make_unique<BranchAndBound<Model>>();
+  throw std::invalid_argument("solver '" + name + "' is not known");
+}
+
+template Problem<PneumaticActuator> make_problem(const VariantConfig&, Plane);
+template Problem<PrestabilisedActuator> make_problem(const VariantConfig&, Plane);
+template std::unique_ptr<Solver<PneumaticActuator>> make_solver(const std::string&);
+template std::unique_ptr<Solver<PrestabilisedActuator>> make_solver(const std::string&);
 
 std::unique_ptr<Controller> make_controller(const VariantConfig& v, const Trajectory& reference, Plane plane) {
-  using Mpc = MpcController<PneumaticActuator>;
-  Problem<PneumaticActuator> problem = make_problem(v, plane);
-  MotorLaw motor = make_motor(v, problem.model);
-  return std::make_unique<Mpc>(
-      Mpc::Parts{std::move(problem), make_solver(v.solver), reference, v.integral, motor, v.deadline_ms});
+  if (v.motor == "in_prediction") return make_mpc<PrestabilisedActuator>(v, reference, plane);
+  return make_mpc<PneumaticActuator>(v, reference, plane);
 }
 
 CommandLimits make_limits(const VariantConfig& v) {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "controllers/variant.hpp"
-#include "core/actuator/dynamics.hpp"
+#include "core/actuator/prestabilised.hpp"
 #include "core/mpc/solver.hpp"
 #include "core/rt/controller.hpp"
 #include "core/safety/limits.hpp"
@@ -14,11 +14,14 @@ namespace solenoid {
 /// std::invalid_argument for impossible combinations.
 std::unique_ptr<Controller> make_controller(const VariantConfig& variant, const Trajectory& reference, Plane plane);
 
-/// The problem a variant poses in each period, without state and reference.
-Problem<PneumaticActuator> make_problem(const VariantConfig& variant, Plane plane);
+/// The problem a variant poses in each period, without state and reference. Model: PneumaticActuator, or
+/// PrestabilisedActuator for variants with the motor in the prediction.
+template <HybridModel Model>
+Problem<Model> make_problem(const VariantConfig& variant, Plane plane);
 
-/// The variant's search by name, one of VariantChoices::solvers().
-std::unique_ptr<Solver<PneumaticActuator>> make_solver(const std::string& name);
+/// The variant's solver by name, one of VariantChoices::solvers().
+template <HybridModel Model>
+std::unique_ptr<Solver<Model>> make_solver(const std::string& name);
 
 /// The exit every command of this variant passes.
 CommandLimits make_limits(const VariantConfig& variant);

@@ -63,7 +63,12 @@ class MpcController final : public Controller {
     for (std::size_t j = 0; j < problem.reference.size(); ++j) {
       const ReferenceSample ahead = parts_.reference.at(time_s + static_cast<double>(j + 1) * tick_s);
       problem.reference[j] = {ahead.position + d.offset_m, ahead.velocity};
+      if constexpr (HasFeedback<Model>) {
+        const ReferenceSample then = parts_.reference.at(time_s + static_cast<double>(j) * tick_s);
+        problem.setpoint[j] = {then.position, then.velocity};
+      }
     }
+    shift_plan(problem.horizon, ticks_per_period, plan_);
     d.report = parts_.solver->solve(problem, plan_, deadline());
     d.solved = true;
     if (usable(d.report.status)) lines_.command(problem.modes.pattern(plan_.modes.front()), timing_);

@@ -16,11 +16,11 @@ const std::vector<std::string>& VariantChoices::estimators() {
   return names;
 }
 const std::vector<std::string>& VariantChoices::solvers() {
-  static const std::vector<std::string> names = {"exhaustive"};
+  static const std::vector<std::string> names = {"exhaustive", "branch_and_bound"};
   return names;
 }
 const std::vector<std::string>& VariantChoices::motors() {
-  static const std::vector<std::string> names = {"none", "pd", "inverse_dynamics"};
+  static const std::vector<std::string> names = {"none", "pd", "inverse_dynamics", "in_prediction"};
   return names;
 }
 
