@@ -14,6 +14,16 @@ int refuse(const char* what, int exit_code) {
   return exit_code;
 }
 
+/// What is wrong with a word as a command's name; nothing if it is one.
+std::string problem_with_command(const CLI::App& app, const std::string& name) {
+  std::string known;
+  for (const CLI::App* command : app.get_subcommands({})) {
+    if (command->get_name() == name) return {};
+    known += (known.empty() ? "" : ", ") + command->get_name();
+  }
+  return "'" + name + "' is no command (allowed: " + known + ")";
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Solenoid: model predictive control of actuators whose inputs switch", "solenoid");
   app.set_version_flag("--version", [] {
@@ -29,6 +39,9 @@ int run(int argc, char** argv) {
     solenoid::write_standard_output(app.help());
     return solenoid::success;
   }
+  if (argv[1][0] != '-')
+    if (const std::string problem = problem_with_command(app, argv[1]); !problem.empty())
+      return refuse(problem.c_str(), solenoid::bad_input);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -32,6 +32,12 @@ std::vector<TextTable::Cell> column(const std::vector<Row>& rows, const std::fun
   return cells;
 }
 
+/// For a number of which less is not better.
+std::vector<TextTable::Cell> unmarked(std::vector<TextTable::Cell> cells) {
+  for (TextTable::Cell& cell : cells) cell.marked = false;
+  return cells;
+}
+
 std::string troubles(const RankedVariant& v) {
   std::string text = fmt::format("{} of {}", v.failed, v.runs);
   if (v.unstable > 0) text += fmt::format(", {} unstable", v.unstable);
@@ -77,7 +83,7 @@ std::string scenario_text(const std::vector<const RunRecord*>& runs, bool colour
       number(&Metrics::rmse_measured_mm),
       number(&Metrics::coil_switches),
       number(&Metrics::air_g),
-      number(&Metrics::motor_rms_n),
+      unmarked(number(&Metrics::motor_rms_n)),
       column(runs, ok, [](const R& r) { return r->metrics->solve_us.p99; })};
   TextTable table({{"  variant", Align::left},
                    {"seed"},

@@ -168,8 +168,8 @@ TEST(Compare, ManifestSaysWhatRanWhere) {
   EXPECT_THAT(read_text(folder.file("o/log.txt")), HasSubstr("step--nine_pd--s3: ok"));
 }
 
-/// Starts the program, sends `signal` once a first run is there, and returns its exit code.
-int interrupt_after_first_run(const TemporaryFolder& folder, int signal) {
+/// Starts `compare c.toml --out o --jobs 2` in a process group of its own; returns once a first run is there.
+pid_t start_and_await_first_run(const TemporaryFolder& folder) {
   const pid_t process = ::fork();
   if (process == 0) {
     ::setpgid(0, 0);
@@ -179,20 +179,31 @@ int interrupt_after_first_run(const TemporaryFolder& folder, int signal) {
     ::_exit(98);
   }
   while (!std::filesystem::exists(folder.file("o/runs/short--thesis_pd--s1.json"))) {
-    int status = 0;
-    if (::waitpid(process, &status, WNOHANG) == process) return -WEXITSTATUS(status);  // ended too early
+    if (::waitpid(process, nullptr, WNOHANG) == process) throw std::runtime_error("ended before its first run");
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
-  ::kill(-process, signal);  // the whole group, as a terminal does
+  return process;
+}
+
+int exit_code_of(pid_t process) {
   int status = 0;
   ::waitpid(process, &status, 0);
   EXPECT_EQ(::kill(-process, 0), -1) << "a worker outlives the program";
   return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
 }
 
-TEST(Compare, InterruptKeepsWhatIsFinishedAndResumes) {
-  TemporaryFolder folder;
-  const std::string campaign = R"(
+std::vector<pid_t> children_of(pid_t parent) {
+  std::vector<pid_t> children;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+    const std::string stat = read_text(entry.path() / "stat");  // pid (name) state parent ...
+    const auto after_name = stat.rfind(") ");
+    if (after_name != std::string::npos && std::atoi(stat.c_str() + after_name + 4) == parent)
+      children.push_back(std::atoi(stat.c_str()));
+  }
+  return children;
+}
+
+const std::string short_and_long = R"(
 variants = ["thesis_pd"]
 [[scenario]]
 name = "short"
@@ -202,15 +213,37 @@ duration_s = 0.1
 name = "long"
 trajectory = { kind = "sine" }
 duration_s = )";
-  folder.write("c.toml", campaign + "3600.0\n");
-  ASSERT_EQ(interrupt_after_first_run(folder, SIGINT), 130) << read_text(folder.file(".err"));
+
+TEST(Compare, AKilledWorkerIsOneFailedRun) {
+  TemporaryFolder folder;
+  folder.write("c.toml", short_and_long + "3600.0\n");
+  const pid_t process = start_and_await_first_run(folder);
+  const std::vector<pid_t> workers = children_of(process);
+  ASSERT_EQ(workers.size(), 1u);
+  ::kill(workers.front(), SIGKILL);
+  EXPECT_EQ(exit_code_of(process), 1);
+  const auto rows = read_csv(read_text(folder.file("o/runs.csv")));
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[0].at("status"), "ok");
+  EXPECT_EQ(rows[1].at("status"), "failed: worker ended by signal 9 (Killed)");
+  EXPECT_EQ(rows[1].at("rmse_mm"), "");
+  EXPECT_THAT(read_text(folder.file(".err")), HasSubstr("1 runs failed"));
+  EXPECT_EQ(json::parse(read_text(folder.file("o/manifest.json"))).at("counts").at("failed"), 1);
+}
+
+TEST(Compare, InterruptKeepsWhatIsFinishedAndResumes) {
+  TemporaryFolder folder;
+  folder.write("c.toml", short_and_long + "3600.0\n");
+  const pid_t process = start_and_await_first_run(folder);
+  ::kill(-process, SIGINT);  // the whole group, as a terminal does
+  ASSERT_EQ(exit_code_of(process), 130) << read_text(folder.file(".err"));
   EXPECT_EQ(json::parse(read_text(folder.file("o/manifest.json"))).at("status"), "interrupted");
   const auto rows = read_csv(read_text(folder.file("o/runs.csv")));
   ASSERT_EQ(rows.size(), 1u);
   EXPECT_EQ(rows[0].at("scenario"), "short");
   EXPECT_THAT(read_text(folder.file(".err")), HasSubstr("resumes"));
 
-  folder.write("c.toml", campaign + "0.2\n");
+  folder.write("c.toml", short_and_long + "0.2\n");
   const Ended resumed = run_program(folder, "compare c.toml --out o");
   EXPECT_EQ(resumed.exit_code, 0);
   EXPECT_THAT(resumed.err, HasSubstr("1 of 2 runs are there already"));

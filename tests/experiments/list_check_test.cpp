@@ -57,7 +57,8 @@ TEST(Check, ReportsInstallationMachineAndFiles) {
   const Ended ended = run_program(folder, "check c.toml default --format json");
   EXPECT_EQ(ended.exit_code, 0) << ended.out << ended.err;
   std::vector<std::string> names;
-  for (const json& check : json::parse(ended.out).at("checks")) names.push_back(check.at("name"));
+  const json report = json::parse(ended.out);
+  for (const json& check : report.at("checks")) names.push_back(check.at("name"));
   for (const char* name : {"c.toml", "default", "Eigen", "gnuplot", "Ipopt", "cores", "SCHED_FIFO 80", "mlockall"})
     EXPECT_THAT(names, testing::Contains(name));
 }
