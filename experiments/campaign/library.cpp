@@ -16,7 +16,8 @@ constexpr const char* shipped_folder = "scenarios/";
 
 /// A file's text, or that of the shipped file of this name ("default" or "default.toml").
 std::string text_of(const std::string& path) {
-  if (std::filesystem::exists(path)) {
+  std::error_code unknown;  // a path that cannot even be looked at
+  if (std::filesystem::exists(path, unknown) || unknown) {
     if (const auto text = read_whole_file(path)) return *text;
     throw ConfigError(fmt::format("{}: cannot be read (allowed: a readable TOML file)", path));
   }
@@ -74,6 +75,8 @@ void Library::load(const std::string& path, std::vector<std::string>& including)
   including.pop_back();
   for (const char* known : {"name", "variants", "seeds", "scenario", "variant"}) reader.has(known);
   reader.finish();
+  if (const std::string name = reader.text_or("name", "-"); name.empty() || name.find('/') != std::string::npos)
+    reader.fail("name", fmt::format("'{}' names no folder (allowed: a text without /)", name));
   adopt_variants(document, false, documents_.size() > first_included || including.empty());
   adopt_scenarios(document);
   documents_.push_back(std::move(document));

@@ -22,7 +22,8 @@ using Records = std::vector<std::optional<RunRecord>>;
 std::string new_folder(const std::string& name) {
   const std::string base = fmt::format("results/{}-{}", name, compact_timestamp());
   std::string path = base;
-  for (int i = 2; std::filesystem::exists(path); ++i) path = fmt::format("{}-{}", base, i);
+  std::error_code ignored;
+  for (int i = 2; std::filesystem::exists(path, ignored); ++i) path = fmt::format("{}-{}", base, i);
   return path;
 }
 

@@ -81,6 +81,7 @@ const std::vector<BadInput>& cases() {
        "name = \"a/b\"\ntrajectory = { kind = \"sine\" }\n",
        lists,
        {"c.toml:4", "'a/b'", "letters"}},
+      {"name_with_a_slash", "", sine, "name = \"a/b\"\nvariants = [\"mine\"]\n", {"c.toml:1", "'a/b'", "without /"}},
       {"missing_include",
        "",
        sine,
@@ -135,6 +136,7 @@ TEST_P(BadCommandLine, IsRefused) {
 INSTANTIATE_TEST_SUITE_P(
     All, BadCommandLine,
     testing::Values(BadCommand{"missing_file", "compare none.toml", {"none.toml", "cannot be read"}},
+                    BadCommand{"below_a_file", "compare a_file/c.toml", {"a_file/c.toml", "cannot be read"}},
                     BadCommand{"a_folder_as_file", "compare .", {"cannot be read"}},
                     BadCommand{"no_scenario", "compare no_scenario.toml", {"no_scenario.toml", "[[scenario]]"}},
                     BadCommand{

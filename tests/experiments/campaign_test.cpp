@@ -50,6 +50,15 @@ TEST(Campaign, OwnVariantsOverrideIncludedAndShippedOnes) {
   EXPECT_EQ(campaign.scenarios.size(), 1u);
 }
 
+TEST(Campaign, AShippedFileIsIncludedByNameWhereThereIsNoOther) {
+  TemporaryFolder folder;
+  const Campaign campaign =
+      read_campaign(folder.write("c.toml", "include = [\"default.toml\"]\nvariants = [\"nine_id\"]\nseeds = [2]\n"));
+  EXPECT_EQ(campaign.scenarios.size(), 6u);
+  ASSERT_EQ(campaign.variants.size(), 1u);
+  EXPECT_EQ(campaign.variants[0].name, "nine_id");
+}
+
 TEST(Campaign, TwoIncludedFilesMayNotDefineOneVariant) {
   TemporaryFolder folder;
   folder.write("one.toml", "[variant.a]\n");

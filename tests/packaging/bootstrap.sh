@@ -47,4 +47,23 @@ expect 'configuring failed' err
 
 run 0 list
 ! grep -q apt-get calls || fail "apt-get although all is installed"
+
+# A build that fails shows its output; one that succeeds is silent on standard output and hands on the arguments.
+stand_in cmake 'release='"'$work/clone/build/release'"'
+case $1 in
+  --preset) mkdir -p "$release"; touch "$release/build.ninja"
+            printf "CMAKE_HOME_DIRECTORY:INTERNAL=%s\nSOLENOID_TESTS:BOOL=%s\n" "$PWD" "${3#*=}" >"$release/CMakeCache.txt" ;;
+  --build) echo "[1/2] Building x.o"
+           [[ -e '"'$work/sound'"' ]] || { echo "error: boom"; exit 1; }
+           mkdir -p "$release/bin"
+           printf "#!/bin/bash\nprintf \"%%s|\" \"\$PWD\" \"\$@\"; exit 7\n" >"$release/bin/solenoid"
+           chmod +x "$release/bin/solenoid" ;;
+esac'
+run 0 list
+[[ $code == 1 && ! -s out ]] || fail "exit code $code when the build fails"
+expect 'error: boom' err
+touch sound
+run 0 compare 'my campaign.toml' --out ''
+[[ $code == 7 ]] || fail "the program's exit code became $code"
+[[ $(<out) == '/|compare|my campaign.toml|--out||' ]] || fail "arguments became $(<out)"
 echo "bootstrap script: all as expected"
