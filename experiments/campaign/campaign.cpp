@@ -132,60 +132,83 @@ void check_equilibrium(const ScenarioConfig& scenario, const VariantConfig& vari
   }
 }
 
-void cross(Campaign& campaign, const std::vector<std::string>& variant_keys,
-           const std::vector<std::string>& scenario_keys) {
-  for (std::size_t s = 0; s < campaign.scenarios.size(); ++s)
-    for (std::size_t v = 0; v < campaign.variants.size(); ++v)
-      for (const std::uint64_t seed : campaign.seeds) {
-        CampaignRun run{v, s, seed, "", ""};
-        run.id = fmt::format("{}--{}--s{}", campaign.scenarios[s].name, campaign.variants[v].name, seed);
-        run.hash =
-            fingerprint(fmt::format("{}\n{}\n{}\n{}", program_fingerprint(), variant_keys[v], scenario_keys[s], seed));
-        campaign.runs.push_back(std::move(run));
-      }
-}
+/// Fills a campaign part by part, and beside it the resolved configuration and what each run's hash covers.
+class CampaignReader {
+ public:
+  CampaignReader(Library& library, const Selection& selection) : library_(library), selection_(selection) {}
+
+  Campaign read(const std::string& path) {
+    campaign_.name = library_.root().reader.text_or("name", std::filesystem::path(path).stem().string());
+    campaign_.seeds = read_seeds(library_);
+    resolved_.insert("name", campaign_.name);
+    resolved_.insert("seeds", toml::array{});
+    for (const std::uint64_t seed : campaign_.seeds)
+      resolved_["seeds"].as_array()->push_back(static_cast<std::int64_t>(seed));
+    take_variants();
+    take_scenarios();
+    cross();
+    campaign_.resolved_toml =
+        "# Everything this campaign ran; `solenoid compare` runs it again.\n" + text_of(resolved_) + "\n";
+    return std::move(campaign_);
+  }
+
+ private:
+  void take_variants() {
+    for (auto& [name, entry] : library_.variants())  // all: a mistake in an unused variant is a mistake
+      if (!entry.shipped) read_variant(entry.reader, name);
+    toml::table tables;
+    toml::array names;
+    for (const std::string& name : variant_names(library_, selection_)) {
+      Library::Entry& entry = library_.variants().at(name);
+      campaign_.variants.push_back(read_variant(entry.reader, name));
+      Carried carried = carrier_.carry(entry);
+      variant_keys_.push_back(name + "\n" + carried.key);
+      names.push_back(name);
+      tables.insert(name, std::move(carried.table));
+    }
+    resolved_.insert("variants", std::move(names));
+    resolved_.insert("variant", std::move(tables));
+  }
+
+  void take_scenarios() {
+    toml::array tables;
+    for (Library::Entry* entry : chosen_scenarios(library_, selection_)) {
+      campaign_.scenarios.push_back(read_scenario(entry->reader));
+      for (const VariantConfig& variant : campaign_.variants)
+        check_equilibrium(campaign_.scenarios.back(), variant, entry->reader.where("payload_kg"));
+      Carried carried = carrier_.carry(*entry);
+      scenario_keys_.push_back(carried.key);
+      tables.push_back(std::move(carried.table));
+    }
+    resolved_.insert("scenario", std::move(tables));
+  }
+
+  void cross() {
+    for (std::size_t s = 0; s < campaign_.scenarios.size(); ++s)
+      for (std::size_t v = 0; v < campaign_.variants.size(); ++v)
+        for (const std::uint64_t seed : campaign_.seeds) {
+          CampaignRun run{v, s, seed, "", ""};
+          run.id = fmt::format("{}--{}--s{}", campaign_.scenarios[s].name, campaign_.variants[v].name, seed);
+          run.hash = fingerprint(
+              fmt::format("{}\n{}\n{}\n{}", program_fingerprint(), variant_keys_[v], scenario_keys_[s], seed));
+          campaign_.runs.push_back(std::move(run));
+        }
+  }
+
+  Library& library_;
+  const Selection& selection_;
+  Campaign campaign_;
+  Carrier carrier_{campaign_.inputs};
+  toml::table resolved_;
+  std::vector<std::string> variant_keys_, scenario_keys_;
+};
 
 }  // namespace
 
 Campaign read_campaign(const std::string& path, const Selection& selection) {
   Library library;
   library.load(path);
-  Campaign campaign;
-  campaign.name = library.root().reader.text_or("name", std::filesystem::path(path).stem().string());
-  campaign.seeds = read_seeds(library);
-
-  Carrier carrier(campaign.inputs);
-  toml::table resolved, resolved_variants;
-  toml::array resolved_scenarios, resolved_names, resolved_seeds;
-  std::vector<std::string> variant_keys, scenario_keys;
-  for (auto& [name, entry] : library.variants())  // all: a mistake in an unused variant is a mistake
-    if (!entry.shipped) read_variant(entry.reader, name);
-  for (const std::string& name : variant_names(library, selection)) {
-    Library::Entry& entry = library.variants().at(name);
-    campaign.variants.push_back(read_variant(entry.reader, name));
-    Carried carried = carrier.carry(entry);
-    variant_keys.push_back(name + "\n" + carried.key);
-    resolved_names.push_back(name);
-    resolved_variants.insert(name, std::move(carried.table));
-  }
-  for (Library::Entry* entry : chosen_scenarios(library, selection)) {
-    campaign.scenarios.push_back(read_scenario(entry->reader));
-    for (const VariantConfig& variant : campaign.variants)
-      check_equilibrium(campaign.scenarios.back(), variant, entry->reader.where("payload_kg"));
-    Carried carried = carrier.carry(*entry);
-    scenario_keys.push_back(carried.key);
-    resolved_scenarios.push_back(std::move(carried.table));
-  }
-  for (const std::uint64_t seed : campaign.seeds) resolved_seeds.push_back(static_cast<std::int64_t>(seed));
-  resolved.insert("name", campaign.name);
-  resolved.insert("variants", std::move(resolved_names));
-  resolved.insert("seeds", std::move(resolved_seeds));
-  resolved.insert("variant", std::move(resolved_variants));
-  resolved.insert("scenario", std::move(resolved_scenarios));
-  campaign.resolved_toml =
-      "# Everything this campaign ran; `solenoid compare` runs it again.\n" + text_of(resolved) + "\n";
-  cross(campaign, variant_keys, scenario_keys);
-  return campaign;
+  return CampaignReader(library, selection).read(path);
 }
 
 std::vector<VariantConfig> shipped_variants() {
