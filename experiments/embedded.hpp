@@ -1,11 +1,16 @@
 #pragma once
 
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace solenoid {
 
 /// The text of a file that was shipped inside the program, by its path below experiments/, e.g.
 /// "thesis/tables/table_5-2_step_np.csv" or "scenarios/variants.toml"; empty if there is none of that name.
 std::string_view embedded_text(std::string_view name);
+
+/// The names that embedded_text knows, sorted.
+const std::vector<std::string>& embedded_names();
 
 }  // namespace solenoid

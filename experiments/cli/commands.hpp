@@ -10,13 +10,15 @@ namespace solenoid {
 enum ExitCode : int {
   success = 0,
   failure = 1,        ///< the command ran and found something wrong (a failed run, a failed check)
-  bad_input = 2,      ///< configuration or command line refused
+  bad_input = 2,      ///< configuration or command line refused, or output that cannot be written
   interrupted = 130,  ///< Ctrl-C; what was finished is kept
 };
 
 /// Each adds one subcommand to the program; its callback leaves the exit code.
+void add_compare(CLI::App& app, int& exit_code);
 void add_list(CLI::App& app, int& exit_code);
 void add_reproduce(CLI::App& app, int& exit_code);
 void add_plot(CLI::App& app, int& exit_code);
+void add_check(CLI::App& app, int& exit_code);
 
 }  // namespace solenoid

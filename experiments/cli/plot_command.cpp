@@ -1,57 +1,25 @@
-#include "core/config/reader.hpp"
+#include "experiments/campaign/campaign.hpp"
 #include "experiments/cli/commands.hpp"
-#include "experiments/embedded.hpp"
 #include "experiments/report/figure.hpp"
-#include "experiments/shipped.hpp"
 
 #include <memory>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace solenoid {
 namespace {
 
 struct PlotOptions {
-  std::string campaign, variant, scenario, svg, png;
+  std::string campaign = "default", variant, scenario, svg, png;
   std::uint64_t seed = 1;
 };
 
-TableReader open_campaign(const std::string& path) {
-  if (!path.empty()) return TableReader::from_file(path);
-  return TableReader::from_text(std::string(embedded_text("scenarios/default.toml")), "shipped default.toml");
-}
-
-/// The campaign's own variant of that name, or the shipped one.
-VariantConfig find_variant(TableReader& campaign, const std::string& name) {
-  if (campaign.has("variant")) {
-    TableReader variants = campaign.table("variant");
-    if (variants.has(name)) {
-      TableReader table = variants.table(name);
-      return read_variant(table, name);
-    }
-  }
-  return shipped_variant(name);
-}
-
-ScenarioConfig find_scenario(TableReader& campaign, const std::string& name) {
-  std::vector<std::string> names;
-  for (TableReader& table : campaign.tables("scenario")) {
-    names.push_back(table.text("name"));
-    if (names.back() == name) return read_scenario(table);
-  }
-  throw ConfigError(
-      fmt::format("{}: scenario '{}' is not known (allowed: {})", campaign.file(), name, fmt::join(names, ", ")));
-}
-
 void run_plot(const PlotOptions& options) {
-  TableReader campaign = open_campaign(options.campaign);
-  const VariantConfig variant = find_variant(campaign, options.variant);
-  const ScenarioConfig scenario = find_scenario(campaign, options.scenario);
+  const Campaign campaign = read_campaign(options.campaign, {{options.variant}, {options.scenario}});
   const bool svg = !options.svg.empty();
   const std::string& path = svg ? options.svg : options.png;
-  draw_figure(variant, scenario, options.seed, path, svg ? FigureFormat::svg : FigureFormat::png);
+  draw_figure(campaign.variants.front(), campaign.scenarios.front(), options.seed, path, svg ? FigureFormat::svg : FigureFormat::png);
   fmt::print("{}\n", path);
 }
 

@@ -1,4 +1,4 @@
-#include "experiments/shipped.hpp"
+#include "experiments/campaign/campaign.hpp"
 #include "experiments/thesis/cases.hpp"
 
 #include <fmt/format.h>

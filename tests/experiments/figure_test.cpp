@@ -2,7 +2,7 @@
 
 #include "core/config/reader.hpp"
 #include "experiments/report/gnuplot.hpp"
-#include "experiments/shipped.hpp"
+#include "experiments/campaign/campaign.hpp"
 #include "tests/experiments/program_run.hpp"
 
 #include <gmock/gmock.h>

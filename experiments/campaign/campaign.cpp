@@ -1,0 +1,241 @@
+#include "experiments/campaign/campaign.hpp"
+
+#include "experiments/campaign/files.hpp"
+#include "experiments/campaign/library.hpp"
+#include "experiments/campaign/machine.hpp"
+#include "experiments/embedded.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace solenoid {
+namespace {
+
+std::string text_of(const toml::table& table) {
+  std::ostringstream text;
+  text << toml::toml_formatter{table, toml::format_flags::none};
+  return text.str();
+}
+
+/// A copy of a variant's or scenario's table that means the same beside `inputs`.
+struct Carried {
+  toml::table table;
+  std::string key;  ///< the table's text with each file's content in place of its name
+};
+
+/// Copies a table; every text in it that names a readable .csv or .toml file is carried into campaign.inputs.
+class Carrier {
+ public:
+  explicit Carrier(std::vector<InputFile>& inputs) : inputs_(inputs) {}
+
+  Carried carry(const Library::Entry& entry) {
+    toml::table moved = *entry.raw, keyed = *entry.raw;
+    rewrite(moved, keyed, std::filesystem::path(entry.document->path).parent_path());
+    return {moved, text_of(keyed)};
+  }
+
+ private:
+  void rewrite(toml::table& moved, toml::table& keyed, const std::filesystem::path& folder) {
+    for (auto&& [key, node] : moved) {
+      if (toml::table* inner = node.as_table()) rewrite(*inner, *keyed[key].as_table(), folder);
+      const auto* text = node.as_string();
+      if (!text || !(text->get().ends_with(".csv") || text->get().ends_with(".toml"))) continue;
+      const auto content = read_whole_file((folder / text->get()).string());
+      if (!content) continue;
+      const std::string hash = fingerprint(*content);
+      keyed.insert_or_assign(key, "content " + hash);
+      moved.insert_or_assign(key, add(text->get(), hash, *content));
+    }
+  }
+
+  std::string add(const std::string& path, const std::string& hash, const std::string& content) {
+    const std::filesystem::path file(path);
+    std::string stem = file.stem().string();
+    if (const std::string tail = "-" + hash; stem.ends_with(tail)) stem.resize(stem.size() - tail.size());
+    const std::string name = fmt::format("inputs/{}-{}{}", stem, hash, file.extension().string());
+    if (std::none_of(inputs_.begin(), inputs_.end(), [&](const InputFile& f) { return f.name == name; }))
+      inputs_.push_back({name, content});
+    return name;
+  }
+
+  std::vector<InputFile>& inputs_;
+};
+
+template <class T>
+void refuse_twice(const std::vector<T>& values, const auto& fail) {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (std::find(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(i), values[i]) !=
+        values.begin() + static_cast<std::ptrdiff_t>(i))
+      fail(fmt::format("{} is there twice (allowed: each once)", values[i]));
+}
+
+std::vector<std::string> variant_names(Library& library, const Selection& selection) {
+  const bool chosen = !selection.variants.empty();
+  Document* listing = library.with_key("variants");
+  Document& blamed = listing ? *listing : library.root();
+  const auto fail = [&](const std::string& problem) {
+    if (chosen) throw ConfigError("--variant: " + problem);
+    blamed.reader.fail("variants", problem);
+  };
+  std::vector<std::string> names = selection.variants;
+  if (!chosen && listing) names = listing->reader.texts("variants");
+  const std::string known = fmt::format("{}", fmt::join(library.variant_order(), ", "));
+  if (names.empty()) fail(fmt::format("{} (allowed: any of {})", listing ? "empty" : "missing", known));
+  refuse_twice(names, fail);
+  for (const std::string& name : names)
+    if (!library.variants().contains(name)) fail(fmt::format("'{}' is not known (allowed: {})", name, known));
+  return names;
+}
+
+std::vector<std::uint64_t> read_seeds(Library& library) {
+  Document* listing = library.with_key("seeds");
+  if (!listing) return {1};
+  const std::vector<int> seeds = listing->reader.integers("seeds", 0, 2147483647);
+  const auto fail = [&](const std::string& problem) { listing->reader.fail("seeds", problem); };
+  if (seeds.empty()) fail("empty (allowed: at least one whole number)");
+  refuse_twice(seeds, fail);
+  return {seeds.begin(), seeds.end()};
+}
+
+/// Scenarios of the selection, in the campaign's order.
+std::vector<Library::Entry*> chosen_scenarios(Library& library, const Selection& selection) {
+  if (library.scenarios().empty())
+    library.root().reader.fail("scenario", "missing (allowed: at least one table headed [[scenario]])");
+  std::vector<Library::Entry*> chosen;
+  std::vector<std::string> names;
+  for (Library::Entry& entry : library.scenarios()) {
+    names.push_back(entry.reader.text("name"));
+    if (selection.scenarios.empty() ||
+        std::find(selection.scenarios.begin(), selection.scenarios.end(), names.back()) != selection.scenarios.end())
+      chosen.push_back(&entry);
+  }
+  for (const std::string& wanted : selection.scenarios)
+    if (std::find(names.begin(), names.end(), wanted) == names.end())
+      throw ConfigError(fmt::format("--scenario: '{}' is not known (allowed: {})", wanted, fmt::join(names, ", ")));
+  return chosen;
+}
+
+/// The loaded arm must hang at rest somewhere, in the model of each variant.
+void check_equilibrium(const ScenarioConfig& scenario, const VariantConfig& variant, const std::string& where) {
+  if (scenario.plane == Plane::horizontal) return;
+  ActuatorParameters plant = scenario.mismatch.applied_to(variant.believed);
+  plant.payload_mass_kg = scenario.payload_kg;
+  plant.plane = scenario.plane;
+  try {
+    plant.equilibrium_position_m();
+  } catch (const ConfigError& error) {
+    throw ConfigError(fmt::format("{}: key 'payload_kg': with variant '{}': {}", where, variant.name, error.what()));
+  }
+}
+
+/// Fills a campaign part by part, and beside it the resolved configuration and what each run's hash covers.
+class CampaignReader {
+ public:
+  CampaignReader(Library& library, const Selection& selection) : library_(library), selection_(selection) {}
+
+  Campaign read(const std::string& path) {
+    campaign_.name = library_.root().reader.text_or("name", std::filesystem::path(path).stem().string());
+    campaign_.seeds = read_seeds(library_);
+    resolved_.insert("name", campaign_.name);
+    resolved_.insert("seeds", toml::array{});
+    for (const std::uint64_t seed : campaign_.seeds)
+      resolved_["seeds"].as_array()->push_back(static_cast<std::int64_t>(seed));
+    take_variants();
+    take_scenarios();
+    cross();
+    campaign_.resolved_toml =
+        "# Everything this campaign ran; `solenoid compare` runs it again.\n" + text_of(resolved_) + "\n";
+    return std::move(campaign_);
+  }
+
+ private:
+  void take_variants() {
+    for (auto& [name, entry] : library_.variants())  // all: a mistake in an unused variant is a mistake
+      if (!entry.shipped) read_variant(entry.reader, name);
+    toml::table tables;
+    toml::array names;
+    for (const std::string& name : variant_names(library_, selection_)) {
+      Library::Entry& entry = library_.variants().at(name);
+      campaign_.variants.push_back(read_variant(entry.reader, name));
+      Carried carried = carrier_.carry(entry);
+      variant_keys_.push_back(name + "\n" + carried.key);
+      names.push_back(name);
+      tables.insert(name, std::move(carried.table));
+    }
+    resolved_.insert("variants", std::move(names));
+    resolved_.insert("variant", std::move(tables));
+  }
+
+  void take_scenarios() {
+    toml::array tables;
+    for (Library::Entry* entry : chosen_scenarios(library_, selection_)) {
+      campaign_.scenarios.push_back(read_scenario(entry->reader));
+      for (const VariantConfig& variant : campaign_.variants)
+        check_equilibrium(campaign_.scenarios.back(), variant, entry->reader.where("payload_kg"));
+      Carried carried = carrier_.carry(*entry);
+      scenario_keys_.push_back(carried.key);
+      tables.push_back(std::move(carried.table));
+    }
+    resolved_.insert("scenario", std::move(tables));
+  }
+
+  void cross() {
+    for (std::size_t s = 0; s < campaign_.scenarios.size(); ++s)
+      for (std::size_t v = 0; v < campaign_.variants.size(); ++v)
+        for (const std::uint64_t seed : campaign_.seeds) {
+          CampaignRun run{v, s, seed, "", ""};
+          run.id = fmt::format("{}--{}--s{}", campaign_.scenarios[s].name, campaign_.variants[v].name, seed);
+          run.hash = fingerprint(
+              fmt::format("{}\n{}\n{}\n{}", program_fingerprint(), variant_keys_[v], scenario_keys_[s], seed));
+          campaign_.runs.push_back(std::move(run));
+        }
+  }
+
+  Library& library_;
+  const Selection& selection_;
+  Campaign campaign_;
+  Carrier carrier_{campaign_.inputs};
+  toml::table resolved_;
+  std::vector<std::string> variant_keys_, scenario_keys_;
+};
+
+}  // namespace
+
+Campaign read_campaign(const std::string& path, const Selection& selection) {
+  Library library;
+  library.load(path);
+  return CampaignReader(library, selection).read(path);
+}
+
+std::vector<VariantConfig> shipped_variants() {
+  Library library;
+  std::vector<VariantConfig> all;
+  for (const std::string& name : library.variant_order())
+    all.push_back(read_variant(library.variants().at(name).reader, name));
+  return all;
+}
+
+VariantConfig shipped_variant(const std::string& name) {
+  Library library;
+  const auto found = library.variants().find(name);
+  if (found == library.variants().end())
+    throw ConfigError(
+        fmt::format("variant '{}' is not known (allowed: {})", name, fmt::join(library.variant_order(), ", ")));
+  return read_variant(found->second.reader, name);
+}
+
+std::vector<std::string> shipped_campaigns() {
+  std::vector<std::string> names;
+  for (const std::string& name : embedded_names()) {
+    if (!name.starts_with("scenarios/")) continue;
+    TableReader reader = TableReader::from_text(std::string(embedded_text(name)), name);
+    if (reader.has("scenario")) names.push_back(std::filesystem::path(name).stem().string());
+  }
+  return names;
+}
+
+}  // namespace solenoid

@@ -1,0 +1,66 @@
+#pragma once
+
+#include "controllers/variant.hpp"
+#include "experiments/sim/simulate.hpp"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace solenoid {
+
+/// What the command line takes from a campaign; empty: all of it. A variant may be any that is known, in the campaign's
+/// list or not.
+struct Selection {
+  std::vector<std::string> variants;
+  std::vector<std::string> scenarios;
+};
+
+/// A file that a variant or scenario names, carried along so that results stay reproducible from their folder.
+struct InputFile {
+  std::string name;  ///< below the results folder
+  std::string text;
+};
+
+/// One cell of variants x scenarios x seeds.
+struct CampaignRun {
+  std::size_t variant = 0, scenario = 0;
+  std::uint64_t seed = 1;
+  std::string id;    ///< SCENARIO--VARIANT--sSEED, a file name
+  std::string hash;  ///< of everything configured that the run's result depends on
+};
+
+/// Variants crossed with scenarios and seeds, read and checked.
+struct Campaign {
+  std::string name;
+  std::vector<VariantConfig> variants;
+  std::vector<ScenarioConfig> scenarios;
+  std::vector<std::uint64_t> seeds;
+  std::vector<CampaignRun> runs;  ///< in canonical order: by scenario, then variant, then seed
+  std::string resolved_toml;      ///< the same campaign in one file, with `inputs` beside it
+  std::vector<InputFile> inputs;
+};
+
+/// Reads a campaign file; `path` may also name a shipped one ("default"). Keys:
+///
+///   name            text, default the file's stem
+///   include         other TOML files, relative to this one, or shipped ones by name
+///   variants        names of shipped, included or own variants
+///   seeds           whole numbers, default [1]
+///   [[scenario]]    tasks; those of included files come first
+///   [variant.NAME]  own variants; they override included and shipped ones
+///
+/// An included file lends its variants and scenarios, and its `variants` and `seeds` where this file has none.
+/// Throws ConfigError with file, line, key and what is allowed.
+Campaign read_campaign(const std::string& path, const Selection& selection = {});
+
+/// The variants known by name everywhere, in the order of the shipped files.
+std::vector<VariantConfig> shipped_variants();
+
+/// A shipped variant by name. Throws ConfigError naming those there are.
+VariantConfig shipped_variant(const std::string& name);
+
+/// Names of the shipped campaigns: files with scenarios.
+std::vector<std::string> shipped_campaigns();
+
+}  // namespace solenoid

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace solenoid {
+
+/// Something that cannot be written: one line with the file and the system's reason.
+class OutputError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The whole of a file, or nothing if it cannot be read.
+std::optional<std::string> read_whole_file(const std::string& path);
+
+/// Replaces a file whole or not at all: writes a temporary neighbour, syncs and renames it. Throws OutputError.
+void write_file_atomically(const std::string& path, std::string_view text);
+
+/// Creates a folder and its parents. Throws OutputError.
+void create_folder(const std::string& path);
+
+/// Writes to standard output and checks that it arrived. Throws OutputError.
+void write_standard_output(std::string_view text);
+
+/// 64-bit FNV-1a in hexadecimal: names a configuration, no defence against forgery.
+std::string fingerprint(std::string_view text);
+
+}  // namespace solenoid

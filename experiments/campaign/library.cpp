@@ -1,0 +1,127 @@
+#include "experiments/campaign/library.hpp"
+
+#include "experiments/campaign/files.hpp"
+#include "experiments/embedded.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace solenoid {
+namespace {
+
+constexpr const char* shipped_folder = "scenarios/";
+
+/// A file's text, or that of the shipped file of this name ("default" or "default.toml").
+std::string text_of(const std::string& path) {
+  std::error_code unknown;  // a path that cannot even be looked at
+  if (std::filesystem::exists(path, unknown) || unknown) {
+    if (const auto text = read_whole_file(path)) return *text;
+    throw ConfigError(fmt::format("{}: cannot be read (allowed: a readable TOML file)", path));
+  }
+  std::string name = std::filesystem::path(path).filename().string();
+  if (!name.ends_with(".toml")) name += ".toml";
+  const std::string_view shipped = embedded_text(shipped_folder + name);
+  if (!shipped.empty()) return std::string(shipped);
+  throw ConfigError(fmt::format("{}: cannot be read (allowed: a readable TOML file, or a shipped one)", path));
+}
+
+/// Names become file names and table rows.
+bool good_name(const std::string& name) {
+  const auto good = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '.' ||
+           c == '-';
+  };
+  return !name.empty() && name.size() <= 80 && name.front() != '.' && name.find("--") == std::string::npos &&
+         std::all_of(name.begin(), name.end(), good);
+}
+constexpr const char* good_names = "at most 80 letters, digits, _, . and single -";
+
+}  // namespace
+
+Document::Document(const std::string& text, const std::string& path_)
+    : reader(TableReader::from_text(text, path_)), raw(toml::parse(text, path_)), path(path_) {}
+
+Library::Library() {
+  for (const std::string& name : embedded_names())
+    if (name.starts_with(shipped_folder)) {
+      auto document = std::make_shared<Document>(std::string(embedded_text(name)), name);
+      if (document->reader.has("variant")) adopt_variants(document, true, false);
+    }
+}
+
+void Library::load(const std::string& path) {
+  std::vector<std::string> including;
+  load(path, including);
+}
+
+void Library::load(const std::string& path, std::vector<std::string>& including) {
+  std::error_code ignored;
+  const std::string key = std::filesystem::weakly_canonical(path, ignored).string();
+  if (std::find(including.begin(), including.end(), key) != including.end())
+    throw ConfigError(fmt::format("{}: key 'include': includes itself (allowed: files without a circle)", path));
+  if (std::find(loaded_.begin(), loaded_.end(), key) != loaded_.end()) return;
+  loaded_.push_back(key);
+
+  auto document = std::make_shared<Document>(text_of(path), path);
+  TableReader& reader = document->reader;
+  including.push_back(key);
+  const std::size_t first_included = documents_.size();
+  if (reader.has("include"))
+    for (const std::string& name : reader.texts("include"))
+      load((std::filesystem::path(reader.folder()) / name).string(), including);
+  including.pop_back();
+  for (const char* known : {"name", "variants", "seeds", "scenario", "variant"}) reader.has(known);
+  reader.finish();
+  if (const std::string name = reader.text_or("name", "-"); name.empty() || name.find('/') != std::string::npos)
+    reader.fail("name", fmt::format("'{}' names no folder (allowed: a text without /)", name));
+  adopt_variants(document, false, documents_.size() > first_included || including.empty());
+  adopt_scenarios(document);
+  documents_.push_back(std::move(document));
+}
+
+void Library::adopt_variants(const std::shared_ptr<Document>& document, bool shipped, bool overrides) {
+  if (!document->reader.has("variant")) return;
+  TableReader tables = document->reader.table("variant");
+  const toml::table& raw = *document->raw["variant"].as_table();
+  std::vector<std::string> names = tables.keys();  // sorted by name: back to the order of the file
+  std::stable_sort(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
+    return raw.get(a)->source().begin.line < raw.get(b)->source().begin.line;
+  });
+  for (const std::string& name : names) {
+    if (!good_name(name)) tables.fail(name, fmt::format("not a name (allowed: {})", good_names));
+    const auto known = variants_.find(name);
+    const bool twice = known != variants_.end() && known->second.shipped == shipped && !overrides;
+    if (twice && known->second.document->path != document->path)
+      tables.fail(name, fmt::format("defined twice, also at {} (allowed: one definition a name)",
+                                    known->second.reader.where()));
+    if (known == variants_.end()) order_.push_back(name);
+    Entry entry{document, tables.table(name), raw.get(name)->as_table(), shipped};
+    variants_.insert_or_assign(name, std::move(entry));
+  }
+}
+
+void Library::adopt_scenarios(const std::shared_ptr<Document>& document) {
+  std::vector<TableReader> tables = document->reader.tables("scenario");
+  if (tables.empty()) return;
+  const toml::array& raw = *document->raw["scenario"].as_array();
+  for (std::size_t i = 0; i < tables.size(); ++i) {
+    const std::string name = tables[i].text("name");
+    if (!good_name(name)) tables[i].fail("name", fmt::format("'{}' is no name (allowed: {})", name, good_names));
+    for (Entry& other : scenarios_)
+      if (other.reader.text("name") == name)
+        tables[i].fail("name", fmt::format("'{}' is there twice, also at {} (allowed: one scenario a name)", name,
+                                           other.reader.where()));
+    scenarios_.push_back({document, std::move(tables[i]), raw[i].as_table(), false});
+  }
+}
+
+Document* Library::with_key(const std::string& key) const {
+  for (auto document = documents_.rbegin(); document != documents_.rend(); ++document)
+    if ((*document)->reader.has(key)) return document->get();
+  return nullptr;
+}
+
+}  // namespace solenoid

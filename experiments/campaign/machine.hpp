@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+
+namespace solenoid {
+
+/// The computer a result comes from.
+struct Machine {
+  std::string cpu, kernel, host;
+  int cores = 1;  ///< this process may use
+};
+Machine this_machine();
+
+/// Of the running program's file: results of another build are other results.
+const std::string& program_fingerprint();
+
+/// Local time with offset, ISO 8601.
+std::string timestamp();
+/// Local time for a folder's name: 20110131-142501.
+std::string compact_timestamp();
+
+}  // namespace solenoid

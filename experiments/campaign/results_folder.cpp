@@ -1,0 +1,148 @@
+#include "experiments/campaign/results_folder.hpp"
+
+#include "experiments/build_info.hpp"
+#include "experiments/campaign/files.hpp"
+#include "experiments/campaign/machine.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <spdlog/sinks/basic_file_sink.h>
+#include <spdlog/spdlog.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+namespace solenoid {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// JSON of any text, bytes that are not UTF-8 replaced.
+std::string dump(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
+Json counts(const Campaign& campaign, std::span<const RunRecord> records) {
+  const auto count = [&](auto which) { return std::count_if(records.begin(), records.end(), which); };
+  const auto ok = count([](const RunRecord& r) { return r.ok(); });
+  const auto failed = count([](const RunRecord& r) { return r.failed(); });
+  const auto ended = static_cast<std::ptrdiff_t>(records.size());
+  return {{"runs", campaign.runs.size()},
+          {"ok", ok},
+          {"unstable", ended - ok - failed},
+          {"failed", failed},
+          {"missing", static_cast<std::ptrdiff_t>(campaign.runs.size()) - ended}};
+}
+
+template <class T>
+Json names(const std::vector<T>& configs) {
+  Json list = Json::array();
+  for (const T& config : configs) list.push_back(config.name);
+  return list;
+}
+
+}  // namespace
+
+ResultsFolder::ResultsFolder(const std::string& path, const Campaign& campaign, int jobs)
+    : path_(path), campaign_(campaign), jobs_(jobs), started_(timestamp()) {
+  create_folder(file("runs"));
+  lock();
+  write_manifest("running", {});
+  ::unlink(file("runs.csv").c_str());
+  if (!campaign.inputs.empty()) create_folder(file("inputs"));
+  for (const InputFile& input : campaign.inputs) write_file_atomically(file(input.name), input.text);
+  write_file_atomically(file("resolved.toml"), campaign.resolved_toml);
+  open_log();
+  log(fmt::format("campaign {}: {} runs, {} jobs", campaign.name, campaign.runs.size(), jobs));
+}
+
+ResultsFolder::~ResultsFolder() {
+  if (lock_ >= 0) ::close(lock_);
+}
+
+void ResultsFolder::lock() {
+  lock_ = ::open(file(".lock").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+  if (lock_ < 0) throw OutputError(fmt::format("{}: cannot be written: {}", file(".lock"), std::strerror(errno)));
+  if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
+    ::close(lock_);
+    lock_ = -1;
+    throw OutputError(fmt::format("{}: in use by another solenoid", path_));
+  }
+}
+
+void ResultsFolder::open_log() {
+  try {
+    log_ = std::make_shared<spdlog::logger>("campaign",
+                                            std::make_shared<spdlog::sinks::basic_file_sink_st>(file("log.txt")));
+  } catch (const spdlog::spdlog_ex& error) {
+    throw OutputError(fmt::format("{}: cannot be written: {}", file("log.txt"), error.what()));
+  }
+  log_->set_pattern("%Y-%m-%dT%H:%M:%S.%e %v");
+  log_->flush_on(spdlog::level::info);
+  log_->set_error_handler([name = file("log.txt")](const std::string& problem) {
+    throw OutputError(fmt::format("{}: cannot be written: {}", name, problem));
+  });
+}
+
+void ResultsFolder::log(std::string_view line) { log_->info("{}", line); }
+
+std::optional<RunRecord> ResultsFolder::finished_before(const CampaignRun& run) const {
+  const auto text = read_whole_file(file("runs/" + run.id + ".json"));
+  if (!text) return std::nullopt;
+  try {
+    const Json json = Json::parse(*text);
+    if (json.at("configuration") != run.hash) return std::nullopt;
+    RunRecord record = record_from_json(json.at("run"));
+    if (record.failed()) return std::nullopt;
+    return record;
+  } catch (const Json::exception&) {
+    return std::nullopt;  // not a file of ours, or of another version: the run is done again
+  }
+}
+
+void ResultsFolder::add(const CampaignRun& run, const RunRecord& record) {
+  write_file_atomically(file("runs/" + run.id + ".json"),
+                        dump({{"configuration", run.hash}, {"run", to_json(record)}}));
+  log(fmt::format("{}: {}", run.id, record.status));
+}
+
+void ResultsFolder::write_manifest(std::string_view status, std::span<const RunRecord> records,
+                                   std::string_view reason) {
+  const BuildInfo build = build_info();
+  const Machine machine = this_machine();
+  Json json = {{"campaign", campaign_.name}, {"status", status}};
+  if (!reason.empty()) json["reason"] = reason;
+  json["program"] = {{"version", build.version},
+                     {"git_revision", build.git_revision.empty() ? "unknown" : build.git_revision},
+                     {"compiler", build.compiler},
+                     {"build_type", build.build_type},
+                     {"fingerprint", program_fingerprint()}};
+  json["machine"] = {
+      {"host", machine.host}, {"cpu", machine.cpu}, {"cores", machine.cores}, {"kernel", machine.kernel}};
+  json["jobs"] = jobs_;
+  json["variants"] = names(campaign_.variants);
+  json["scenarios"] = names(campaign_.scenarios);
+  json["seeds"] = campaign_.seeds;
+  json["started"] = started_;
+  if (status != "running") json["ended"] = timestamp();
+  json["counts"] = counts(campaign_, records);
+  write_file_atomically(file("manifest.json"), dump(json));
+}
+
+void ResultsFolder::close(std::string_view status, std::span<const RunRecord> records) {
+  log(status);
+  write_file_atomically(file("runs.csv"), to_csv(records));
+  write_manifest(status, records);
+}
+
+void ResultsFolder::abandon(std::string_view reason) noexcept {
+  try {
+    write_manifest("failed", {}, reason);
+  } catch (const std::exception&) {
+    // The disk that failed the run fails this too; the manifest keeps saying "running" and runs.csv stays absent.
+  }
+}
+
+}  // namespace solenoid

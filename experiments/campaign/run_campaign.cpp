@@ -1,0 +1,83 @@
+#include "experiments/campaign/run_campaign.hpp"
+
+#include "experiments/campaign/files.hpp"
+#include "experiments/campaign/interrupt.hpp"
+#include "experiments/campaign/machine.hpp"
+#include "experiments/campaign/processes.hpp"
+#include "experiments/campaign/progress.hpp"
+#include "experiments/campaign/results_folder.hpp"
+
+#include <filesystem>
+#include <optional>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace solenoid {
+namespace {
+
+using Records = std::vector<std::optional<RunRecord>>;
+
+/// results/NAME-DATE-TIME, with a number when two campaigns start within a second.
+std::string new_folder(const std::string& name) {
+  const std::string base = fmt::format("results/{}-{}", name, compact_timestamp());
+  std::string path = base;
+  std::error_code ignored;
+  for (int i = 2; std::filesystem::exists(path, ignored); ++i) path = fmt::format("{}-{}", base, i);
+  return path;
+}
+
+/// What a worker does; its text is the run's record.
+std::string simulate_run(const Campaign& campaign, const CampaignRun& run) {
+  const RunResult result = simulate(campaign.variants[run.variant], campaign.scenarios[run.scenario], run.seed);
+  return to_json(record_of(campaign, run, result.metrics)).dump();
+}
+
+RunRecord record_of(const Campaign& campaign, const CampaignRun& run, const Outcome& outcome) {
+  if (!outcome.done) return failed_record(campaign, run, outcome.text);
+  return record_from_json(nlohmann::ordered_json::parse(outcome.text));
+}
+
+/// Does the runs that have no record yet; false if interrupted.
+bool fill(const Campaign& campaign, int jobs, ResultsFolder& folder, Records& records) {
+  std::vector<std::size_t> todo;
+  for (std::size_t i = 0; i < records.size(); ++i)
+    if (!records[i]) todo.push_back(i);
+  Progress progress(records.size(), records.size() - todo.size());
+  folder.log(fmt::format("{} runs were there already", records.size() - todo.size()));
+  PoolEvents events;
+  events.started = [&](std::size_t i) { progress.started(campaign.runs[i].id); };
+  events.ended = [&](std::size_t i, const Outcome& outcome) {
+    records[i] = record_of(campaign, campaign.runs[i], outcome);
+    folder.add(campaign.runs[i], *records[i]);
+    progress.ended(campaign.runs[i].id, records[i]->status);
+  };
+  events.waiting = [&] { progress.tick(); };
+  events.interrupted = [] { return InterruptGuard::raised(); };
+  return work_in_processes(
+      todo, jobs, [&](std::size_t i) { return simulate_run(campaign, campaign.runs[i]); }, events);
+}
+
+}  // namespace
+
+CampaignResult run_campaign(const Campaign& campaign, const CampaignOptions& options) {
+  const int jobs = options.jobs > 0 ? options.jobs : this_machine().cores;
+  const InterruptGuard guard;
+  ResultsFolder folder(options.out.empty() ? new_folder(campaign.name) : options.out, campaign, jobs);
+  CampaignResult result;
+  result.folder = folder.path();
+  try {
+    Records records;
+    for (const CampaignRun& run : campaign.runs) records.push_back(folder.finished_before(run));
+    result.interrupted = !fill(campaign, jobs, folder, records);
+    for (std::optional<RunRecord>& record : records)
+      if (record) result.records.push_back(std::move(*record));
+    folder.close(result.interrupted ? "interrupted" : "finished", result.records);
+  } catch (const std::exception& error) {
+    folder.abandon(error.what());
+    throw;
+  }
+  return result;
+}
+
+}  // namespace solenoid

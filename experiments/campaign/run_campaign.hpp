@@ -1,0 +1,27 @@
+#pragma once
+
+#include "experiments/campaign/run_record.hpp"
+
+#include <string>
+#include <vector>
+
+namespace solenoid {
+
+struct CampaignOptions {
+  std::string out;  ///< results folder; empty: results/NAME-DATE-TIME below the current folder
+  int jobs = 0;     ///< worker processes; 0: one a core
+};
+
+struct CampaignResult {
+  std::vector<RunRecord> records;  ///< in canonical order; without those that an interrupt left undone
+  std::string folder;
+  bool interrupted = false;
+};
+
+/// Runs a campaign into its results folder: each run in a process of its own, those already there under the same
+/// configuration taken as they are. Ctrl-C ends the workers and keeps what is finished. The same campaign gives the
+/// same records to the last bit whatever the jobs, solver times aside. Throws OutputError when the folder cannot be
+/// written.
+CampaignResult run_campaign(const Campaign& campaign, const CampaignOptions& options);
+
+}  // namespace solenoid

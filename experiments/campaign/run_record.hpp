@@ -1,0 +1,40 @@
+#pragma once
+
+#include "experiments/campaign/campaign.hpp"
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace solenoid {
+
+/// One run as it is kept and reported: what it was, how it ended and, if it ended well, its metrics.
+///
+/// status   "ok" | "unstable": a state was not finite | "failed: REASON": an exception or a crash
+struct RunRecord {
+  std::string variant, scenario, trajectory;
+  double payload_kg = 0.0;
+  std::uint64_t seed = 1;
+  std::string status;
+  std::optional<Metrics> metrics;  ///< with status "ok" only
+
+  bool ok() const { return status == "ok"; }
+  bool failed() const { return status.starts_with("failed"); }
+};
+
+/// The record of a finished simulation.
+RunRecord record_of(const Campaign& campaign, const CampaignRun& run, const Metrics& metrics);
+RunRecord failed_record(const Campaign& campaign, const CampaignRun& run, const std::string& reason);
+
+/// The run's object in `{"runs": [...]}`: names of the design, metrics only for a run that ended well.
+nlohmann::ordered_json to_json(const RunRecord& record);
+/// The inverse. Throws nlohmann::json::exception for anything else.
+RunRecord record_from_json(const nlohmann::ordered_json& json);
+
+/// The same as a table: a heading line, then one line a run; numbers with all their digits, the timing columns
+/// beginning with solve_us_; a run without metrics leaves them empty.
+std::string to_csv(std::span<const RunRecord> records);
+
+}  // namespace solenoid

@@ -1,0 +1,96 @@
+#include "experiments/build_info.hpp"
+#include "experiments/check/checks.hpp"
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <sstream>
+
+#include <CLI/Version.hpp>
+#include <Eigen/Core>
+#include <amd.h>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <spdlog/version.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace solenoid {
+namespace {
+
+/// Versions of the named Debian packages that are installed; empty where there is no dpkg.
+std::map<std::string, std::string> debian_versions(const std::vector<std::string>& packages) {
+  std::string command = "dpkg-query -W -f='${db:Status-Status} ${Package} ${Version}\\n'";
+  for (const std::string& package : packages) command += " " + package;
+  std::map<std::string, std::string> versions;
+  FILE* pipe = ::popen((command + " 2>/dev/null").c_str(), "r");
+  if (!pipe) return versions;
+  char line[512];
+  while (std::fgets(line, sizeof line, pipe)) {
+    std::istringstream words(line);
+    std::string status, package, version;
+    if (words >> status >> package >> version && status == "installed") versions[package] = version;
+  }
+  ::pclose(pipe);
+  return versions;
+}
+
+std::string program_path(const std::string& name) {
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (const std::string file = folder + "/" + name; ::access(file.c_str(), X_OK) == 0) return file;
+  return {};
+}
+
+Check optional_program(const char* name, const char* package, const char* use) {
+  const std::string path = program_path(name);
+  if (path.empty()) return {"optional", name, "missing", fmt::format("{}: apt-get install {}", use, package)};
+  return {"optional", name, "ok", fmt::format("{} ({})", path, use)};
+}
+
+Check optional_library(const char* name, const char* package, const char* use,
+                       const std::map<std::string, std::string>& versions) {
+  const auto found = versions.find(package);
+  if (found == versions.end())
+    return {"optional", name, "missing", fmt::format("{}: apt-get install {}", use, package)};
+  return {"optional", name, "ok", fmt::format("{} ({})", found->second, use)};
+}
+
+}  // namespace
+
+std::vector<Check> check_installation() {
+  const BuildInfo build = build_info();
+  const auto library = [](const char* name, std::string version) {
+    return Check{"built with", name, "ok", std::move(version)};
+  };
+  std::vector<Check> checks = {
+      {"program", "solenoid", "ok",
+       fmt::format("{}, revision {}, {}, {}", build.version,
+                   build.git_revision.empty() ? "unknown" : build.git_revision, build.compiler, build.build_type)},
+      library("Eigen", fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)),
+      library("SuiteSparse AMD", fmt::format("{}.{}.{}", AMD_MAIN_VERSION, AMD_SUB_VERSION, AMD_SUBSUB_VERSION)),
+      library("fmt", fmt::format("{}.{}.{}", FMT_VERSION / 10000, FMT_VERSION / 100 % 100, FMT_VERSION % 100)),
+      library("spdlog", fmt::format("{}.{}.{}", SPDLOG_VER_MAJOR, SPDLOG_VER_MINOR, SPDLOG_VER_PATCH)),
+      library("CLI11", CLI11_VERSION),
+      library("nlohmann/json", fmt::format("{}.{}.{}", NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
+                                           NLOHMANN_JSON_VERSION_PATCH))};
+  const auto versions = debian_versions({"libtomlplusplus-dev", "libxsimd-dev", "libboost-dev", "coinor-libipopt-dev",
+                                         "coinor-libbonmin-dev", "libcomedi-dev"});
+  for (const auto& [name, package] : {std::pair{"toml++", "libtomlplusplus-dev"}, {"xsimd", "libxsimd-dev"}})
+    if (const auto found = versions.find(package); found != versions.end())
+      checks.push_back(library(name, found->second));
+  checks.push_back(optional_program("gnuplot", "gnuplot-nox", "figures"));
+  checks.push_back(optional_library("Boost", "libboost-dev", "the truth plant", versions));
+  checks.push_back(optional_library("Ipopt", "coinor-libipopt-dev", "nonlinear reference solver", versions));
+  checks.push_back(optional_library("Bonmin", "coinor-libbonmin-dev", "mixed-integer reference solver", versions));
+  checks.push_back(optional_library("comedi", "libcomedi-dev", "the rig's data acquisition", versions));
+  checks.push_back(optional_program("python3", "python3", "tests of the script and logs"));
+  checks.push_back(optional_program("node", "nodejs", "building the report's plots"));
+  checks.push_back(optional_program("npm", "npm", "building the report's plots"));
+  checks.push_back(optional_program("chromium", "chromium", "testing the report"));
+  return checks;
+}
+
+}  // namespace solenoid

@@ -1,0 +1,68 @@
+#include "core/config/reader.hpp"
+#include "experiments/campaign/campaign.hpp"
+#include "experiments/campaign/files.hpp"
+#include "experiments/campaign/run_campaign.hpp"
+#include "experiments/cli/commands.hpp"
+#include "experiments/report/comparison.hpp"
+#include "experiments/report/text_table.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+namespace solenoid {
+namespace {
+
+constexpr std::size_t most_rows = 80;  // of runs in a table nobody asked for
+
+struct Options {
+  std::string campaign = "default", format = "table";
+  CampaignOptions run;
+  Selection selection;
+  bool details = false;
+};
+
+std::string report(const CampaignResult& result, const Options& options) {
+  if (options.format == "json") return comparison_json(result.records);
+  if (options.format == "csv") return to_csv(result.records);
+  const bool details = options.details || result.records.size() <= most_rows;
+  return comparison_text(result.records, details, colour_wanted()) + fmt::format("Results: {}\n", result.folder);
+}
+
+int compare(const Options& options) {
+  const Campaign campaign = read_campaign(options.campaign, options.selection);
+  const CampaignResult result = run_campaign(campaign, options.run);
+  write_standard_output(report(result, options));
+  if (result.interrupted) {
+    std::fprintf(stderr,
+                 "solenoid: interrupted with %zu of %zu runs finished; the same command with --out %s resumes\n",
+                 result.records.size(), campaign.runs.size(), result.folder.c_str());
+    return interrupted;
+  }
+  if (options.format != "table") std::fprintf(stderr, "Results: %s\n", result.folder.c_str());
+  const auto failed = std::count_if(result.records.begin(), result.records.end(), [](auto& r) { return r.failed(); });
+  if (failed > 0) std::fprintf(stderr, "solenoid: %td runs failed\n", failed);
+  return failed > 0 ? failure : success;
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("compare", "run variants on scenarios and rank them");
+  command->add_option("campaign", options->campaign, "campaign file, or a shipped campaign's name; default: default");
+  command->add_option("--out", options->run.out, "results folder; one that is there already is resumed")
+      ->check([](const std::string& text) { return text.empty() ? "empty (allowed: a folder)" : std::string(); });
+  command->add_option("--jobs", options->run.jobs, "worker processes; default: one a core")->check(CLI::Range(1, 1024));
+  command->add_option("--format", options->format, "table, json or csv, on standard output")
+      ->check(CLI::IsMember({"table", "json", "csv"}));
+  command->add_option("--variant", options->selection.variants, "these variants in place of the campaign's")
+      ->delimiter(',');
+  command->add_option("--scenario", options->selection.scenarios, "only these scenarios")->delimiter(',');
+  command->add_flag("--details", options->details, "every run below its scenario, however many");
+  command->callback([options, &exit_code] { exit_code = compare(*options); });
+}
+
+}  // namespace solenoid

@@ -1,0 +1,101 @@
+#include "experiments/report/ranking.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+namespace solenoid {
+namespace {
+
+using Names = std::set<std::string>;
+
+/// Scenarios where every run of the variant ended well.
+Names finished_scenarios(std::span<const RunRecord> records, const std::string& variant) {
+  Names seen, troubled, finished;
+  for (const RunRecord& r : records)
+    if (r.variant == variant) (r.ok() ? seen : troubled).insert(r.scenario);
+  std::set_difference(seen.begin(), seen.end(), troubled.begin(), troubled.end(),
+                      std::inserter(finished, finished.end()));
+  return finished;
+}
+
+Names common_to_all(const std::map<std::string, Names>& finished) {
+  Names common;
+  bool first = true;
+  for (const auto& [variant, scenarios] : finished) {
+    Names kept;
+    std::set_intersection(scenarios.begin(), scenarios.end(), common.begin(), common.end(),
+                          std::inserter(kept, kept.end()));
+    common = first ? scenarios : kept;
+    first = false;
+  }
+  return common;
+}
+
+/// Leaves the variants that are worth comparing in `finished`; returns their common scenarios.
+Names choose(std::map<std::string, Names>& finished) {
+  std::size_t most = 0;
+  for (const auto& [variant, scenarios] : finished) most = std::max(most, scenarios.size());
+  std::erase_if(finished, [&](const auto& entry) { return entry.second.empty() || 2 * entry.second.size() < most; });
+  Names common = common_to_all(finished);
+  while (common.empty() && !finished.empty()) {
+    finished.erase(std::min_element(finished.begin(), finished.end(),
+                                    [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); }));
+    common = common_to_all(finished);
+  }
+  return common;
+}
+
+void summarise(std::span<const RunRecord> records, const Names& common, RankedVariant& v) {
+  double log_sum = 0;
+  std::vector<double> medians;
+  for (const RunRecord& r : records) {
+    if (r.variant != v.variant || !r.metrics || !common.contains(r.scenario)) continue;
+    const Metrics& m = *r.metrics;
+    log_sum += std::log(std::max(m.rmse_mm, 1e-12));
+    v.worst_rmse_mm = std::max(v.worst_rmse_mm, m.rmse_mm);
+    v.switches_per_s += m.switches_per_s;
+    v.air_g += m.air_g;
+    v.solve_p99_us = std::max(v.solve_p99_us, m.solve_us.p99);
+    medians.push_back(m.solve_us.p50);
+  }
+  const auto n = static_cast<double>(medians.size());
+  v.rmse_mm = std::exp(log_sum / n);
+  v.switches_per_s /= n;
+  v.air_g /= n;
+  v.solve_p50_us = percentiles(medians).p50;
+}
+
+}  // namespace
+
+Ranking rank_variants(std::span<const RunRecord> records) {
+  std::map<std::string, Names> finished;
+  Names scenarios;
+  Ranking ranking;
+  for (const RunRecord& r : records) {
+    scenarios.insert(r.scenario);
+    if (finished.contains(r.variant)) continue;
+    finished[r.variant] = finished_scenarios(records, r.variant);
+    ranking.variants.push_back({r.variant});
+  }
+  const Names common = choose(finished);
+  for (RankedVariant& v : ranking.variants) {
+    for (const RunRecord& r : records) {
+      if (r.variant != v.variant) continue;
+      ++v.runs;
+      v.failed += r.failed();
+      v.unstable += !r.failed() && !r.ok();
+    }
+    v.ranked = finished.contains(v.variant);
+    if (v.ranked) summarise(records, common, v);
+  }
+  std::stable_sort(ranking.variants.begin(), ranking.variants.end(), [](const auto& a, const auto& b) {
+    return a.ranked != b.ranked ? a.ranked : a.ranked && a.rmse_mm < b.rmse_mm;
+  });
+  ranking.common_scenarios = common.size();
+  ranking.scenarios = scenarios.size();
+  return ranking;
+}
+
+}  // namespace solenoid

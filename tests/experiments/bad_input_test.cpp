@@ -1,0 +1,155 @@
+#include "tests/experiments/program_under_test.hpp"
+
+#include <algorithm>
+
+#include <gmock/gmock.h>
+
+namespace solenoid::test {
+namespace {
+
+struct BadInput {
+  const char* name;
+  const char* variant;   ///< lines of [variant.mine]
+  const char* scenario;  ///< lines of the [[scenario]]
+  const char* rest;      ///< lines above them; the campaign's own keys
+  std::vector<const char*> said;
+};
+
+constexpr const char* lists = "variants = [\"mine\"]\n";
+constexpr const char* sine = "name = \"s\"\ntrajectory = { kind = \"sine\" }\n";
+
+const std::vector<BadInput>& cases() {
+  static const std::vector<BadInput> all = {
+      {"unknown_key_of_a_variant",
+       "horizont = 3\n",
+       sine,
+       lists,
+       {"c.toml:3", "variant.mine.horizont", "not known", "horizon"}},
+      {"unknown_key_of_a_scenario",
+       "",
+       "name = \"s\"\npaylod_kg = 1\ntrajectory = { kind = \"sine\" }\n",
+       lists,
+       {"c.toml:5", "paylod_kg", "payload_kg"}},
+      {"unknown_key_of_the_campaign", "", sine, "variants = [\"mine\"]\nseed = 3\n", {"c.toml:2", "seed", "seeds"}},
+      {"wrong_type", "valves = 3\n", sine, lists, {"c.toml:3", "variant.mine.valves", "wrong type", "three_way"}},
+      {"wrong_type_of_a_number",
+       "",
+       "name = \"s\"\npayload_kg = \"heavy\"\ntrajectory = { kind = \"sine\" }\n",
+       lists,
+       {"c.toml:5", "payload_kg", "wrong type"}},
+      {"unknown_value", "solver = \"magic\"\n", sine, lists, {"c.toml:3", "'magic'", "exhaustive"}},
+      {"negative_mass", "model = { block_mass_kg = -1 }\n", sine, lists, {"c.toml:3", "block_mass_kg", "> 0"}},
+      {"negative_payload",
+       "",
+       "name = \"s\"\npayload_kg = -0.3\ntrajectory = { kind = \"sine\" }\n",
+       lists,
+       {"c.toml:5", "payload_kg", "from 0"}},
+      {"no_steps", "horizon = { steps = 0 }\n", sine, lists, {"c.toml:3", "horizon.steps", "from 1"}},
+      {"no_equilibrium",
+       "model = { block_mass_kg = 5 }\n",
+       sine,
+       lists,
+       {"c.toml:", "payload_kg", "no equilibrium", "mine"}},
+      {"missing_trajectory_file",
+       "",
+       "name = \"s\"\ntrajectory = { kind = \"csv\", path = \"none.csv\" }\n",
+       lists,
+       {"none.csv", "cannot be read"}},
+      {"malformed_trajectory_file",
+       "",
+       "name = \"s\"\ntrajectory = { kind = \"csv\", path = \"bad.csv\" }\n",
+       lists,
+       {"bad.csv:3", "time_s,position_m"}},
+      {"trajectory_beyond_the_stroke",
+       "",
+       "name = \"s\"\ntrajectory = { kind = \"step\", height_m = 0.2 }\n",
+       lists,
+       {"c.toml:5", "stroke"}},
+      {"not_toml", "", sine, "variants = [\"mine\"\n", {"c.toml:", "not valid TOML"}},
+      {"unknown_variant", "", sine, "variants = [\"yours\"]\n", {"c.toml:1", "'yours'", "mine", "thesis_pd"}},
+      {"variant_twice", "", sine, "variants = [\"mine\", \"mine\"]\n", {"c.toml:1", "mine", "twice"}},
+      {"scenario_twice",
+       "",
+       "name = \"s\"\ntrajectory = { kind = \"sine\" }\n[[scenario]]\nname = \"s\"\ntrajectory = { kind = \"sine\" }\n",
+       lists,
+       {"c.toml:7", "'s'", "twice"}},
+      {"seed_twice", "", sine, "variants = [\"mine\"]\nseeds = [1, 1]\n", {"c.toml:2", "seeds", "twice"}},
+      {"no_seed", "", sine, "variants = [\"mine\"]\nseeds = []\n", {"c.toml:2", "seeds", "at least one"}},
+      {"no_variant", "", sine, "variants = []\n", {"c.toml:1", "variants", "empty"}},
+      {"bad_scenario_name",
+       "",
+       "name = \"a/b\"\ntrajectory = { kind = \"sine\" }\n",
+       lists,
+       {"c.toml:4", "'a/b'", "letters"}},
+      {"name_with_a_slash", "", sine, "name = \"a/b\"\nvariants = [\"mine\"]\n", {"c.toml:1", "'a/b'", "without /"}},
+      {"missing_include",
+       "",
+       sine,
+       "include = [\"none.toml\"]\nvariants = [\"mine\"]\n",
+       {"none.toml", "cannot be read"}},
+      {"include_of_itself", "", sine, "include = [\"c.toml\"]\nvariants = [\"mine\"]\n", {"c.toml", "includes itself"}},
+  };
+  return all;
+}
+
+void expect_refused(const Ended& ended, const std::vector<const char*>& said) {
+  EXPECT_EQ(ended.exit_code, 2) << ended.err;
+  EXPECT_EQ(ended.out, "");
+  for (const char* text : said) EXPECT_THAT(ended.err, testing::HasSubstr(text));
+  EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
+  EXPECT_THAT(ended.err, testing::Not(testing::HasSubstr("terminate")));
+}
+
+class BadCampaign : public testing::TestWithParam<BadInput> {};
+
+TEST_P(BadCampaign, IsOneLineWithFileLineKeyAndWhatIsAllowed) {
+  const BadInput& bad = GetParam();
+  TemporaryFolder folder;
+  folder.write("bad.csv", "time_s,position_m\n0,0.02\n0.1,abc\n");
+  std::string text = bad.rest;
+  text += std::string("[variant.mine]\n") + bad.variant + "[[scenario]]\n" + bad.scenario;
+  folder.write("c.toml", text);
+  for (const char* command : {"compare c.toml --out o --format json", "check c.toml"})
+    expect_refused(run_program(folder, command), bad.said);
+  EXPECT_FALSE(std::filesystem::exists(folder.file("o"))) << "refused before anything is written";
+}
+
+INSTANTIATE_TEST_SUITE_P(All, BadCampaign, testing::ValuesIn(cases()),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+struct BadCommand {
+  const char* name;
+  const char* arguments;
+  std::vector<const char*> said;
+};
+
+class BadCommandLine : public testing::TestWithParam<BadCommand> {};
+
+TEST_P(BadCommandLine, IsRefused) {
+  TemporaryFolder folder;
+  folder.write("c.toml", small_campaign);
+  folder.write("no_scenario.toml", "variants = [\"thesis_pd\"]\n");
+  folder.write("a_file", "");
+  expect_refused(run_program(folder, GetParam().arguments), GetParam().said);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, BadCommandLine,
+    testing::Values(BadCommand{"missing_file", "compare none.toml", {"none.toml", "cannot be read"}},
+                    BadCommand{"below_a_file", "compare a_file/c.toml", {"a_file/c.toml", "cannot be read"}},
+                    BadCommand{"a_folder_as_file", "compare .", {"cannot be read"}},
+                    BadCommand{"no_scenario", "compare no_scenario.toml", {"no_scenario.toml", "[[scenario]]"}},
+                    BadCommand{
+                        "unknown_variant", "compare c.toml --variant yours", {"--variant", "'yours'", "thesis_pd"}},
+                    BadCommand{"unknown_scenario", "compare c.toml --scenario s", {"--scenario", "'s'", "loaded"}},
+                    BadCommand{"unknown_format", "compare c.toml --format xml", {"--format", "json"}},
+                    BadCommand{"no_jobs", "compare c.toml --jobs 0", {"--jobs"}},
+                    BadCommand{"unknown_option", "compare c.toml --fast", {"--fast"}},
+                    BadCommand{"unknown_command", "compere", {"compere"}},
+                    BadCommand{"unknown_list", "list things", {"things", "variants"}},
+                    BadCommand{"unwritable_folder", "compare c.toml --out /proc/solenoid", {"/proc/solenoid"}},
+                    BadCommand{"a_file_as_folder", "compare c.toml --out a_file", {"a_file"}}),
+    [](const auto& info) { return std::string(info.param.name); });
+
+}  // namespace
+}  // namespace solenoid::test

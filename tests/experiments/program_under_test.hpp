@@ -1,0 +1,99 @@
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace solenoid::test {
+
+/// A folder of its own for a test, removed afterwards.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "solenoid test XXXXXX").string();
+    path_ = ::mkdtemp(pattern.data());
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  std::string file(const std::string& name) const { return path_ + "/" + name; }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(file(name)) << text;
+    return file(name);
+  }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+inline std::string read_text(const std::string& path) {
+  std::ifstream in(path);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+struct Ended {
+  int exit_code;
+  std::string out, err;
+};
+
+/// Runs the program in `folder` through a shell; `before` is a shell command such as `ulimit -f 1;`.
+inline Ended run_program(const TemporaryFolder& folder, const std::string& arguments, const std::string& before = "") {
+  const std::string command =
+      "cd '" + folder.path() + "' && " + before + " '" SOLENOID_PROGRAM "' " + arguments + " >.out 2>.err </dev/null";
+  const int status = std::system(command.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status), read_text(folder.file(".out")),
+          read_text(folder.file(".err"))};
+}
+
+inline std::vector<std::string> split(const std::string& line, char by) {
+  std::vector<std::string> parts;
+  std::istringstream in(line);
+  for (std::string part; std::getline(in, part, by);) parts.push_back(part);
+  return parts;
+}
+
+/// A CSV without quotes, each line a map from heading to cell.
+inline std::vector<std::map<std::string, std::string>> read_csv(const std::string& text) {
+  const std::vector<std::string> lines = split(text, '\n');
+  std::vector<std::map<std::string, std::string>> rows;
+  const std::vector<std::string> headings = split(lines.at(0), ',');
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    const std::vector<std::string> cells = split(lines[i], ',');
+    rows.emplace_back();
+    for (std::size_t c = 0; c < headings.size(); ++c) rows.back()[headings[c]] = c < cells.size() ? cells[c] : "";
+  }
+  return rows;
+}
+
+/// A campaign of 2 x 2 x 2 noisy runs, each a fraction of a second long.
+inline const char* const small_campaign = R"(
+variants = ["thesis_cylinder", "nine_pd"]
+seeds = [3, 4]
+[[scenario]]
+name = "step"
+trajectory = { kind = "step", height_m = 0.03, at_s = 0.05, hold_s = 0.3, steady_s = 0.1 }
+noise = true
+[[scenario]]
+name = "loaded"
+trajectory = { kind = "sine", lead_s = 0.2, periods = 0.5 }
+payload_kg = 0.15
+noise = true
+duration_s = 0.4
+)";
+
+}  // namespace solenoid::test

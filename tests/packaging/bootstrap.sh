@@ -1,0 +1,69 @@
+#!/usr/bin/env bash
+# The bootstrap script against a machine that lacks packages: dpkg-query, apt-get, sudo, id and cmake are stand-ins that
+# record what they are asked. Arguments: the repository, a scratch folder.
+set -euo pipefail
+work="$2/boot strap"
+rm -rf -- "$work"
+mkdir -p "$work/clone" "$work/bin"
+cp "$1/solenoid" "$work/clone/"
+cd "$work"
+
+stand_in() { printf '#!/bin/bash\n%s\n' "$2" >"bin/$1"; chmod +x "bin/$1"; }
+fail() { printf 'FAILED: %s\n' "$*" >&2; cat "$work/err" >&2; exit 1; }
+expect() { grep -qF -- "$1" "$work/$2" || fail "no '$1' in $2"; }
+# Everything is installed but libfmt-dev, until apt-get install has run.
+stand_in dpkg-query 'for p in "${@:4}"; do
+  [[ $p == libfmt-dev && ! -e '"'$work/installed'"' ]] || echo "installed $p"; done'
+stand_in nproc 'echo 1'
+stand_in cmake 'echo "cmake $*" >>'"'$work/calls'"'; exit 3'
+
+run() {  # runs the clone's script as a user or as root; leaves out, err, calls and the exit code in `code`
+  rm -f calls; touch calls
+  stand_in id "echo $1"; shift
+  code=0
+  (cd / && PATH="$work/bin:$PATH" "$work/clone/solenoid" "$@") >out 2>err </dev/null || code=$?
+}
+
+run 1000
+[[ $code == 0 && ! -s calls ]] || fail "help needs nothing installed"
+expect compare out
+
+stand_in sudo 'exit 1'
+run 1000 list
+[[ $code == 2 ]] || fail "exit code $code without permission to install"
+expect 'sudo apt-get install --no-install-recommends libfmt-dev' err
+[[ ! -s calls && ! -s out ]] || fail "something ran after the refusal"
+
+stand_in apt-get 'echo "apt-get $*" >>'"'$work/calls'"'
+[[ $* != *install* || -e '"'$work/lists'"' ]] || exit 100
+[[ $* != *update* ]] || touch '"'$work/lists'"'
+[[ $* != *install* ]] || touch '"'$work/installed'"
+run 0 list
+[[ $(grep -c '^apt-get .*install.* libfmt-dev' calls) == 2 ]] || fail "one try, an update, another: $(cat calls)"
+[[ $(grep -c '^apt-get .*update' calls) == 1 ]] || fail "no update of absent package lists"
+expect 'cmake --preset release' calls
+[[ $code == 1 ]] || fail "exit code $code when cmake fails"
+expect 'configuring failed' err
+
+run 0 list
+! grep -q apt-get calls || fail "apt-get although all is installed"
+
+# A build that fails shows its output; one that succeeds is silent on standard output and hands on the arguments.
+stand_in cmake 'release='"'$work/clone/build/release'"'
+case $1 in
+  --preset) mkdir -p "$release"; touch "$release/build.ninja"
+            printf "CMAKE_HOME_DIRECTORY:INTERNAL=%s\nSOLENOID_TESTS:BOOL=%s\n" "$PWD" "${3#*=}" >"$release/CMakeCache.txt" ;;
+  --build) echo "[1/2] Building x.o"
+           [[ -e '"'$work/sound'"' ]] || { echo "error: boom"; exit 1; }
+           mkdir -p "$release/bin"
+           printf "#!/bin/bash\nprintf \"%%s|\" \"\$PWD\" \"\$@\"; exit 7\n" >"$release/bin/solenoid"
+           chmod +x "$release/bin/solenoid" ;;
+esac'
+run 0 list
+[[ $code == 1 && ! -s out ]] || fail "exit code $code when the build fails"
+expect 'error: boom' err
+touch sound
+run 0 compare 'my campaign.toml' --out ''
+[[ $code == 7 ]] || fail "the program's exit code became $code"
+[[ $(<out) == '/|compare|my campaign.toml|--out||' ]] || fail "arguments became $(<out)"
+echo "bootstrap script: all as expected"
