@@ -4,8 +4,6 @@
 #include "solvers/search/exhaustive.hpp"
 #include "tests/support/recorded_problems.hpp"
 
-#include <functional>
-
 #include <fmt/format.h>
 #include <sched.h>
 
@@ -43,6 +41,36 @@ double measure(const char* what, Problem<M> problem, Solver<M>& solver, const st
       "{:6.0f}\n",
       what, t.p50, t.p99, t.p999, t.max, n.p50, 100 * n.p50 / full_tree, n.p99, n.max);
   return t.p50;
+}
+
+/// What bounds a roll: one register has only its own latency to wait for, several hide each other's.
+void kernel_steps() {
+  using M = PneumaticActuator;
+  const auto problem = actuator_problem<M>("three_way", {20});
+  const std::vector<ContinuousOf<M>> planned(100);
+  LaneInputs<M> inputs;
+  inputs.reserve(1);
+  inputs.pieces = 1;
+  Lanes<M> start{};
+  for (std::size_t lane = 0; lane < max_lanes; ++lane) {
+    start.state[0][lane] = 0.05;
+    start.state[1][lane] = 0.1;
+    start.state[2][lane] = start.state[3][lane] = 1.5e5;
+    for (std::size_t k = 0; k < 4; ++k) inputs.piece[0].value[k][lane] = (lane >> (k / 2) & 1) == (k & 1);
+  }
+  for (const auto& kernel : runnable_kernels<M>())
+    for (int lanes = kernel.width; lanes <= max_lanes; lanes *= 2) {
+      start.count = lanes;
+      double best = 1e300;
+      for (int r = 0; r < 2000; ++r) {
+        Lanes<M> now = start;
+        const auto begin = Deadline::Clock::now();
+        kernel.roll(problem, {planned.data(), 0, 100, Bounds<M>::infinity}, inputs, now);
+        best = std::min(best, std::chrono::duration<double, std::nano>(Deadline::Clock::now() - begin).count());
+      }
+      fmt::print("kernel {:8s} {:2d} lanes: {:6.1f} ns a step, {:5.2f} ns a lane and step\n", kernel.architecture,
+                 lanes, best / 100, best / 100 / lanes);
+    }
 }
 
 double full_tree(const Problem<PneumaticActuator>& p) {
@@ -89,10 +117,13 @@ int main() {
   sched_setaffinity(0, sizeof one, &one);
   fmt::print("kernel: {}, {} doubles a register\n", rollout_kernel<PneumaticActuator>().architecture,
              rollout_kernel<PneumaticActuator>().width);
+  kernel_steps();
   one_block("three_way");
   one_block("two_way");
   for (const double switching : {0.0, 2e-8}) {
     blocks<PneumaticActuator>("cylinder", "two_way", {2, 2, 4, 12}, switching, 3);
     blocks<PrestabilisedActuator>("hybrid", "two_way", {2, 2, 4, 12}, switching, 3);
+    blocks<PrestabilisedActuator>("hybrid", "three_way", {1, 1, 1, 1, 2, 2, 4, 8}, switching, 2);
+    blocks<PrestabilisedActuator>("hybrid", "two_way", {1, 1, 2, 2, 4, 10}, switching, 1);
   }
 }

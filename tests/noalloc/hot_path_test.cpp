@@ -4,7 +4,9 @@
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "experiments/sim/model_plant.hpp"
+#include "solvers/search/exhaustive.hpp"
 
+#include <cmath>
 #include <cstdlib>
 #include <memory>
 
@@ -59,21 +61,37 @@ VariantConfig variant(const char* valves, const char* motor) {
   return v;
 }
 
-TEST(HotPath, ExhaustiveSolvesWithoutAllocation) {
+/// Solves to the end, with a deadline already over, and with a state that is no number: none may allocate.
+template <class M>
+void solves_without_allocation(Solver<M>& solver, const char* valves) {
+  Problem<M> problem = make_problem<M>(variant(valves, "none"), Plane::vertical);
+  problem.initial = {0.05, 0.1, 150e3, 150e3};
+  solver.prepare(problem);
+  Plan<M> plan(problem);
+  Report report;
+  EXPECT_EQ(allocations_of([&] { report = solver.solve(problem, plan, Deadline::never()); }), 0);
+  EXPECT_EQ(report.status, Status::optimal);
+  const Deadline over(Deadline::Clock::now());
+  EXPECT_EQ(allocations_of([&] { report = solver.solve(problem, plan, over); }), 0);
+  EXPECT_EQ(report.status, Status::deadline_reached);
+  problem.initial[velocity] = std::nan("");
+  EXPECT_EQ(allocations_of([&] { report = solver.solve(problem, plan, Deadline::never()); }), 0);
+  EXPECT_EQ(report.status, Status::numerical_failure);
+}
+
+TEST(HotPath, SearchesSolveWithoutAllocation) {
   for (const char* valves : {"three_way", "two_way"}) {
-    Problem<PneumaticActuator> problem = make_problem(variant(valves, "none"), Plane::vertical);
-    problem.initial = {0.05, 0.1, 150e3, 150e3};
-    const auto solver = make_solver("exhaustive");
-    solver->prepare(problem);
-    Plan<PneumaticActuator> plan(problem);
-    Report report;
-    EXPECT_EQ(allocations_of([&] { report = solver->solve(problem, plan, Deadline::never()); }), 0);
-    EXPECT_EQ(report.status, Status::optimal);
+    Exhaustive<PneumaticActuator> scalar;
+    solves_without_allocation<PneumaticActuator>(scalar, valves);
+    for (const char* name : {"exhaustive", "branch_and_bound"}) {
+      solves_without_allocation<PneumaticActuator>(*make_solver<PneumaticActuator>(name), valves);
+      solves_without_allocation<PrestabilisedActuator>(*make_solver<PrestabilisedActuator>(name), valves);
+    }
   }
 }
 
 TEST(HotPath, ControllerAndLoopRunWithoutAllocation) {
-  for (const char* motor : {"none", "pd", "inverse_dynamics"}) {
+  for (const char* motor : {"none", "pd", "inverse_dynamics", "in_prediction"}) {
     const VariantConfig v = variant("two_way", motor);
     const Trajectory task = thesis_sine(v.believed.equilibrium_position_m());
     ModelPlant plant(v.believed, v.valves, task.start_m(), {.ideal = false, .noise = true});
