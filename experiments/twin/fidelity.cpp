@@ -132,7 +132,7 @@ std::vector<FidelityCell> chapter5_cells(const FidelityRig& rig) {
     const ScenarioConfig task = scenario(rig, step, Plane::vertical, row.payload_kg);
     const std::string name = fmt::format("payload={}", row.payload_kg);
     const MeasuredMetrics plain = mean_run(rig, thesis_variant(rig, 100, 0.0, "none"), task);
-    const MeasuredMetrics integral = mean_run(rig, thesis_variant(rig, 100, 0.005, "none"), task);
+    const MeasuredMetrics integral = mean_run(rig, thesis_variant(rig, 100, rig.integral_gain, "none"), task);
     cells.push_back({"5-3", name, "sse_mm", row.dmpc_sse_mm, plain.sse_max_abs_mm});
     cells.push_back({"5-4", name, "sse_mm", row.dmpc_i_sse_mm, integral.sse_max_abs_mm});
   }
@@ -146,7 +146,7 @@ std::vector<FidelityCell> chapter7_cells(const FidelityRig& rig) {
     const bool cycloidal = row.trajectory == std::string("cycloidal");
     const ScenarioConfig task =
         scenario(rig, cycloidal ? thesis_cycloidal(start_m) : thesis_sine(start_m), row.plane, row.payload_kg);
-    const MeasuredMetrics m = mean_run(rig, thesis_variant(rig, 100, 0.005, row.motor), task);
+    const MeasuredMetrics m = mean_run(rig, thesis_variant(rig, 100, rig.integral_gain, row.motor), task);
     const std::string name = fmt::format("{} {} {} {} kg", row.plane == Plane::vertical ? "vertical" : "horizontal",
                                          row.trajectory, row.motor, row.payload_kg);
     cells.push_back({row.table, name, "rmse_mm", row.rmse_mm, m.rmse_mm});

@@ -24,6 +24,7 @@ struct FidelityRig {
   std::string plant = "twin";
   TwinParameters twin = nominal_twin();
   std::string believed = "inferred";
+  double integral_gain = 0.005;            ///< K_ip of DMPC+I, per 1 ms sample
   std::vector<std::uint64_t> seeds = {1};  ///< a cell's value is the mean over these runs, as the thesis's over five
 };
 

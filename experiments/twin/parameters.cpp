@@ -28,7 +28,9 @@ void read_valves(TableReader& t, TwinParameters& p) {
 void read_flow(TableReader& t, FlowEffects& f) {
   f.law = t.text_or("law", "model", {"model", "iso6358"}) == "model" ? FlowLaw::model : FlowLaw::iso6358;
   f.critical_ratio = t.number_or("critical_ratio", f.critical_ratio, Range::between(0.0, 0.9));
-  f.laminar_from = t.number_or("laminar_from", f.laminar_from, Range::between(0.9, 0.9999));
+  f.laminar_from = t.number_or("laminar_from", f.laminar_from, Range::between(0.3, 0.9999));
+  if (f.laminar_from <= f.critical_ratio)
+    t.fail("laminar_from", "not above critical_ratio (allowed: laminar flow begins after choked flow ends)");
 }
 
 void read_thermal(TableReader& t, ThermalEffects& h) {

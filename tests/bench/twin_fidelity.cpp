@@ -138,6 +138,8 @@ int main(int argc, char** argv) {
     const std::string key = o.substr(0, o.find('=')), value = o.substr(o.find('=') + 1);
     if (key == "believed")
       rig.believed = value;
+    else if (key == "integral_gain")
+      rig.integral_gain = std::stod(value);
     else
       settings[key] = value;
   }
