@@ -54,6 +54,25 @@ struct Guards {
   }
 };
 
+/// The first moment in (begin, end] at which a guard turns positive; infinity if none has at the end.
+template <class StateAt>
+double first_event(const Guards& guards, const StateAt& at, double begin, double end) {
+  double first = std::numeric_limits<double>::infinity();
+  const TwinState before = at(begin), after = at(end);
+  for (int which = 0; which < Guards::count; ++which) {
+    if (!(guards.value(which, after) > 0)) continue;
+    if (!(guards.value(which, before) < 0)) {  // left rest and came back within one step: no bracket, stop at its end
+      first = std::min(first, end);
+      continue;
+    }
+    std::uintmax_t iterations = 100;
+    const auto root = boost::math::tools::toms748_solve([&](double t) { return guards.value(which, at(t)); }, begin,
+                                                        end, boost::math::tools::eps_tolerance<double>(50), iterations);
+    first = std::min(first, root.second);
+  }
+  return first;
+}
+
 }  // namespace
 
 TwinIntegrator::TwinIntegrator(const TwinPhysics& physics, const ModeSet& modes)
@@ -150,27 +169,14 @@ double TwinIntegrator::smooth_piece(TwinState& x, const Span& span, Motion motio
   stepper.initialize(scaled(x), from_s, to_s - from_s);
   for (;;) {
     const double begin = stepper.do_step(system).first, end = std::min(stepper.current_time(), to_s);
-    double first = std::numeric_limits<double>::infinity();
-    for (int which = 0; which < Guards::count; ++which) {
-      if (!(guards.value(which, at(end)) > 0)) continue;
-      if (!(guards.value(which, at(begin)) < 0)) {  // left a rest and came back within one step
-        first = std::min(first, begin > from_s ? begin : end);
-        continue;
-      }
-      std::uintmax_t iterations = 100;
-      const auto root =
-          boost::math::tools::toms748_solve([&](double t) { return guards.value(which, at(t)); }, begin, end,
-                                            boost::math::tools::eps_tolerance<double>(50), iterations);
-      first = std::min(first, root.second);
-    }
-    const bool event = first <= end;
-    if (!event && end < to_s) continue;
-    x = at(event ? first : end);
-    if (!event) return to_s;
+    const double event = first_event(guards, at, begin, end);
+    if (event > end && end < to_s) continue;
+    x = at(std::min(event, end));
+    if (event > end) return to_s;
     // What ends a sliding piece, reversal or end stop, ends at rest; a released slide starts from rest.
     x[velocity] = 0.0;
     x[position] = std::clamp(x[position], physics_.position_min(), physics_.position_max());
-    return first;
+    return event;
   }
 }
 

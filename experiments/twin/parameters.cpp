@@ -4,6 +4,8 @@
 
 #include <functional>
 
+#include <fmt/format.h>
+
 namespace solenoid {
 namespace {
 
@@ -39,14 +41,20 @@ void read_thermal(TableReader& t, ThermalEffects& h) {
   h.alpha_in = t.number_or("alpha_in", h.alpha_in, Range::between(1.0, 2.0));
   h.alpha_out = t.number_or("alpha_out", h.alpha_out, Range::between(1.0, 2.0));
   h.exponent = t.number_or("exponent", h.exponent, Range::between(1.0, 2.0));
-  h.heat_transfer = t.number_or("heat_transfer_w_per_m2k", h.heat_transfer, Range::between(0.0, 1e5));
+  h.heat_transfer = t.number_or("heat_transfer_w_per_m2k", h.heat_transfer, Range::between(0.0, 2e4));
 }
 
-void read_supply(TableReader& t, SupplyEffects& s) {
+/// Fastest relaxation the fixed step of 0.1 ms follows safely [1/s]; Runge-Kutta 4 is stable to 2.8 a step.
+constexpr double fastest_rate = 1e4;
+
+void read_supply(TableReader& t, TwinParameters& p) {
+  SupplyEffects& s = p.supply;
   s.reservoir = t.text_or("law", "constant", {"constant", "reservoir"}) == "reservoir";
-  s.volume_m3 = t.number_or("volume_m3", s.volume_m3, Range{1e-6, 10.0});
+  s.volume_m3 = t.number_or("volume_m3", s.volume_m3, Range::between(1e-5, 10.0));
   s.conductance = t.number_or("regulator_conductance", s.conductance, Range::between(0.0, 1e-4));
   s.largest_flow = t.number_or("regulator_largest_flow", s.largest_flow, Range::non_negative());
+  if (s.conductance * p.actuator.gas_constant * p.actuator.temperature_k / s.volume_m3 > fastest_rate)
+    t.fail("regulator_conductance", "refills the reservoir within 0.1 ms (allowed: less, or a larger volume_m3)");
 }
 
 void read_friction(TableReader& t, TwinParameters& p) {
@@ -63,6 +71,13 @@ void read_gear(TableReader& t, GearEffects& g) {
   g.stiffness = t.number_or("stiffness", g.stiffness, Range::between(1e3, 1e6));
   g.damping = t.number_or("damping", g.damping, Range::between(0.0, 1e3));
   g.rotor_inertia = t.number_or("rotor_inertia", g.rotor_inertia, Range::between(1e-6, 1e-2));
+}
+
+void read_motor(TableReader& t, TwinParameters& p) {
+  p.motor_lag_s = t.number_or("lag_s", p.motor_lag_s, Range::between(0.0, 0.1));
+  if (p.motor_lag_s > 0 && p.motor_lag_s < 1 / fastest_rate)
+    t.fail("lag_s",
+           fmt::format("{} is shorter than a step (allowed: 0, or {} to 0.1)", p.motor_lag_s, 1 / fastest_rate));
 }
 
 void read_sensing(TableReader& t, SensingEffects& s) {
@@ -105,11 +120,10 @@ TwinParameters read_twin(TableReader& table) {
   section(table, "valves", [&](TableReader& t) { read_valves(t, p); });
   section(table, "flow", [&](TableReader& t) { read_flow(t, p.flow); });
   section(table, "thermal", [&](TableReader& t) { read_thermal(t, p.thermal); });
-  section(table, "supply", [&](TableReader& t) { read_supply(t, p.supply); });
+  section(table, "supply", [&](TableReader& t) { read_supply(t, p); });
   section(table, "friction", [&](TableReader& t) { read_friction(t, p); });
   section(table, "gear", [&](TableReader& t) { read_gear(t, p.gear); });
-  section(table, "motor",
-          [&](TableReader& t) { p.motor_lag_s = t.number_or("lag_s", p.motor_lag_s, Range::between(0.0, 0.1)); });
+  section(table, "motor", [&](TableReader& t) { read_motor(t, p); });
   section(table, "sensing", [&](TableReader& t) { read_sensing(t, p.sensing); });
   section(table, "integration", [&](TableReader& t) { read_integration(t, p.integration); });
   table.finish();

@@ -196,6 +196,8 @@ TEST(TwinParameters, RefusesWhatItDoesNotKnowOrCannotBe) {
   EXPECT_THAT(message("[integration]\nsteps = 0"), HasSubstr("from 1 to 1000"));
   EXPECT_THAT(message("[friction]\nbristle_stiffness = -1"), HasSubstr("bristle_stiffness"));
   EXPECT_THAT(message("[sensing]\nposition_low_m = 0.2"), HasSubstr("position_high_m"));
+  EXPECT_THAT(message("[motor]\nlag_s = 1e-5"), HasSubstr("shorter than a step"));
+  EXPECT_THAT(message("[supply]\nvolume_m3 = 1e-5\nregulator_conductance = 1e-5"), HasSubstr("larger volume_m3"));
   EXPECT_THAT(message("speed = 3"), HasSubstr("not known"));
   EXPECT_EQ(message("[motor]\nlag_s = 0.001"), "accepted");
 }
