@@ -22,9 +22,8 @@ ScenarioConfig read_scenario(TableReader& table) {
                                                                                          : Plane::horizontal;
   s.payload_kg = table.number_or("payload_kg", 0.0, Range::between(0.0, 10.0));
   s.plant = table.text_or("plant", s.plant, {"model", "twin"});
-  if (s.plant == "twin")
-    s.twin = table.has("twin") ? read_twin_file((std::filesystem::path(table.folder()) / table.text("twin")).string())
-                               : nominal_twin();
+  if (s.plant == "twin" && table.has("twin"))
+    s.twin = read_twin_file((std::filesystem::path(table.folder()) / table.text("twin")).string());
   if (table.has("mismatch")) {
     TableReader mismatch = table.table("mismatch");
     s.mismatch = read_mismatch(mismatch);

@@ -20,9 +20,9 @@ struct ScenarioConfig {
   std::string trajectory_kind;
   Trajectory trajectory{0.0};
   Plane plane = Plane::vertical;
-  double payload_kg = 0.0;      ///< the plant's; the controller is never told
-  std::string plant = "model";  ///< model: the controller's own equations; twin: the truth plant
-  TwinParameters twin;          ///< the plant's parameters if plant is twin: the nominal ones unless a file is named
+  double payload_kg = 0.0;               ///< the plant's; the controller is never told
+  std::string plant = "model";           ///< model: the controller's own equations; twin: the truth plant
+  TwinParameters twin = nominal_twin();  ///< the plant's parameters if plant is twin
   Mismatch mismatch;
   bool noise = false;
   bool ideal_sensing = true;  ///< controllers read the true state
