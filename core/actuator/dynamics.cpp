@@ -16,8 +16,6 @@ PneumaticActuator::PneumaticActuator(const ActuatorParameters& p)
       discharge_coefficient_(p.discharge_coefficient),
       fill_choked_below_(p.critical_pressure_ratio * p.supply_pressure_pa),
       exhaust_choked_above_(p.atmospheric_pressure_pa / p.critical_pressure_ratio),
-      critical_ratio_(p.critical_pressure_ratio),
-      choked_per_supply_(p.choked_flow / p.supply_pressure_pa),
       ratio_(p.heat_capacity_ratio),
       heating_a_(p.heat_capacity_ratio * p.gas_constant * p.temperature_k / p.piston_area_a()),
       heating_b_(p.heat_capacity_ratio * p.gas_constant * p.temperature_k / p.piston_area_b()),
@@ -32,7 +30,9 @@ PneumaticActuator::PneumaticActuator(const ActuatorParameters& p)
       static_(p.static_friction_n),
       coulomb_(p.coulomb_friction_n),
       viscous_(p.viscous_friction),
-      motor_limit_(p.motor_force_limit_n()) {}
+      motor_limit_(p.motor_force_limit_n()),
+      critical_ratio_(p.critical_pressure_ratio),
+      choked_per_supply_(p.choked_flow / p.supply_pressure_pa) {}
 
 Vector<double, 4> PneumaticActuator::nearest_valid(const Vector<double, 4>& x) const {
   return {std::clamp(x[position], position_min_, position_max_), x[velocity],

@@ -37,13 +37,10 @@ class PneumaticActuator {
   /// chamber pressures above supply.
   template <class S>
   S fill_flow(const S& pressure) const {
-    return fill_law<S>(pressure, S(supply_), S(fill_choked_below_), S(choked_flow_));
-  }
-
-  /// The same from a supply at another pressure; its choked flow grows with that pressure, as an orifice's does.
-  template <class S>
-  S fill_flow(const S& pressure, const S& supply) const {
-    return fill_law<S>(pressure, supply, S(critical_ratio_) * supply, S(choked_per_supply_) * supply);
+    using std::sqrt;
+    const S head = S(supply_) - pressure;
+    const S root = sqrt(select(head < S(0.0), S(0.0), head));
+    return select(pressure < S(fill_choked_below_), S(choked_flow_), S(fill_coefficient_) * root);
   }
 
   /// Flow into a chamber through its fully open exhaust valve [kg/s], negative above atmosphere, (5.7).
@@ -65,6 +62,15 @@ class PneumaticActuator {
     return S(area_a_) * pa - S(area_b_) * pb - S(atmosphere_force_);
   }
 
+  /// Fill flow from a supply at another pressure; its choked flow grows with it, as an orifice's does.
+  template <class S>
+  S fill_flow(const S& pressure, const S& supply) const {
+    using std::sqrt;
+    const S head = supply - pressure;
+    const S root = sqrt(select(head < S(0.0), S(0.0), head));
+    return select(pressure < S(critical_ratio_) * supply, S(choked_per_supply_) * supply, S(fill_coefficient_) * root);
+  }
+
   /// Friction of a slide moving in `direction` (+1 or -1) [N], second line of (4.14).
   template <class S>
   S sliding_friction(const S& v, const S& direction) const {
@@ -73,11 +79,11 @@ class PneumaticActuator {
 
   /// Lengths of the air columns [m]; times the piston areas, the volumes (4.19), (4.20).
   template <class S>
-  S length_a(const S& y) const {
+  S column_a(const S& y) const {
     return S(dead_length_a_) + y;
   }
   template <class S>
-  S length_b(const S& y) const {
+  S column_b(const S& y) const {
     return S(dead_length_b_) - y;
   }
 
@@ -92,7 +98,7 @@ class PneumaticActuator {
   S velocity_after(const S& v, const S& applied, double dt) const {
     const auto moving = v != S(0.0);
     const S direction = select(select(moving, v, applied) < S(0.0), S(-1.0), S(1.0));
-    const S friction = sliding_friction<S>(v, direction);
+    const S friction = S(coulomb_) * direction + S(viscous_) * v;
     const S next = v + S(dt * inverse_mass_) * (applied - friction);
     const S slid = select(v * next < S(0.0), S(0.0), next);
     const S magnitude = select(applied < S(0.0), -applied, applied);
@@ -104,10 +110,10 @@ class PneumaticActuator {
     const auto& [y, v, pa, pb] = x;
     const S flow_a = opening[fill_a] * fill_flow<S>(pa) + opening[exhaust_a] * exhaust_flow<S>(pa);
     const S flow_b = opening[fill_b] * fill_flow<S>(pb) + opening[exhaust_b] * exhaust_flow<S>(pb);
-    const S la = length_a<S>(y), lb = length_b<S>(y);
-    const S per_lengths = S(dt) / (la * lb);  // one division for both chambers
-    const S pa_next = pa + (S(heating_a_) * flow_a - S(ratio_) * (pa * v)) * (lb * per_lengths);
-    const S pb_next = pb + (S(heating_b_) * flow_b + S(ratio_) * (pb * v)) * (la * per_lengths);
+    const S length_a = S(dead_length_a_) + y, length_b = S(dead_length_b_) - y;
+    const S per_lengths = S(dt) / (length_a * length_b);  // one division for both chambers
+    const S pa_next = pa + (S(heating_a_) * flow_a - S(ratio_) * (pa * v)) * (length_b * per_lengths);
+    const S pb_next = pb + (S(heating_b_) * flow_b + S(ratio_) * (pb * v)) * (length_a * per_lengths);
 
     const S applied = cylinder_force<S>(pa, pb) + gravity_force<S>(y) + saturated_motor_force<S>(motor[0]);
     const S v_free = velocity_after<S>(v, applied, dt);
@@ -134,15 +140,6 @@ class PneumaticActuator {
   Vector<double, 4> nearest_valid(const Vector<double, 4>& x) const;
 
  private:
-  /// (5.8) from a given supply: choked flow below a given pressure, else by the pressure difference.
-  template <class S>
-  S fill_law(const S& pressure, const S& supply, const S& choked_below, const S& choked) const {
-    using std::sqrt;
-    const S head = supply - pressure;
-    const S root = sqrt(select(head < S(0.0), S(0.0), head));
-    return select(pressure < choked_below, choked, S(fill_coefficient_) * root);
-  }
-
   /// sin(2 y/d_pitch) for the arm's angles over the stroke, by the even Taylor polynomial of cos about a horizontal
   /// arm: below 3e-14 for |angle - pi/2| <= 1.75. A polynomial, so that double, SIMD and dual numbers round alike.
   template <class S>
@@ -159,9 +156,10 @@ class PneumaticActuator {
 
   ActuatorParameters parameters_;
   double area_a_, area_b_, atmosphere_, atmosphere_force_, supply_, choked_flow_, fill_coefficient_,
-      discharge_coefficient_, fill_choked_below_, exhaust_choked_above_, critical_ratio_, choked_per_supply_, ratio_,
-      heating_a_, heating_b_, dead_length_a_, dead_length_b_, position_min_, position_max_, block_weight_,
-      gravity_amplitude_, angle_per_m_, inverse_mass_, static_, coulomb_, viscous_, motor_limit_;
+      discharge_coefficient_, fill_choked_below_, exhaust_choked_above_, ratio_, heating_a_, heating_b_, dead_length_a_,
+      dead_length_b_, position_min_, position_max_, block_weight_, gravity_amplitude_, angle_per_m_, inverse_mass_,
+      static_, coulomb_, viscous_, motor_limit_;
+  double critical_ratio_, choked_per_supply_;  // of the fill flow at another supply pressure
 };
 
 using ActuatorState = StateOf<PneumaticActuator>;

@@ -60,7 +60,7 @@ double TwinPhysics::temperature(double pressure, double length_m, double area_m2
 void TwinPhysics::air_rates(const TwinState& x, const Openings& opening, TwinState& dx) const {
   const ActuatorParameters& a = parameters_.actuator;
   const double v = dx[position];
-  const double length_a = model_.length_a<double>(x[position]), length_b = model_.length_b<double>(x[position]);
+  const double length_a = model_.column_a<double>(x[position]), length_b = model_.column_b<double>(x[position]);
   const double t_a = heat_ ? temperature(x[pressure_a], length_a, area_a_, x[twin_mass_a]) : a.temperature_k;
   const double t_b = heat_ ? temperature(x[pressure_b], length_b, area_b_, x[twin_mass_b]) : a.temperature_k;
   const ChamberFlow flow_a = chamber_flow(x[pressure_a], t_a, x[twin_supply], opening[fill_a], opening[exhaust_a]);
@@ -176,8 +176,8 @@ TwinState TwinPhysics::state_at_rest(double y) const {
   x[pressure_a] = x[pressure_b] = a.atmospheric_pressure_pa;
   x[twin_supply] = a.supply_pressure_pa;
   const double per_kelvin = a.atmospheric_pressure_pa / (a.gas_constant * a.temperature_k);
-  x[twin_mass_a] = per_kelvin * area_a_ * model_.length_a<double>(y);
-  x[twin_mass_b] = per_kelvin * area_b_ * model_.length_b<double>(y);
+  x[twin_mass_a] = per_kelvin * area_a_ * model_.column_a<double>(y);
+  x[twin_mass_b] = per_kelvin * area_b_ * model_.column_b<double>(y);
   // The bristles carry what gravity leaves, as far as they can.
   if (lugre_) {
     const double carried = std::clamp(applied_force(x, 0.0), -a.static_friction_n, a.static_friction_n);
