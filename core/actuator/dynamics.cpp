@@ -30,7 +30,9 @@ PneumaticActuator::PneumaticActuator(const ActuatorParameters& p)
       static_(p.static_friction_n),
       coulomb_(p.coulomb_friction_n),
       viscous_(p.viscous_friction),
-      motor_limit_(p.motor_force_limit_n()) {}
+      motor_limit_(p.motor_force_limit_n()),
+      critical_ratio_(p.critical_pressure_ratio),
+      choked_per_supply_(p.choked_flow / p.supply_pressure_pa) {}
 
 Vector<double, 4> PneumaticActuator::nearest_valid(const Vector<double, 4>& x) const {
   return {std::clamp(x[position], position_min_, position_max_), x[velocity],

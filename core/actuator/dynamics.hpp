@@ -35,20 +35,30 @@ class PneumaticActuator {
   const ActuatorParameters& parameters() const { return parameters_; }
 
   /// Flow into a chamber through its fully open supply valve [kg/s], (5.8); none where (5.8) has no real value, at
-  /// chamber pressures above supply.
+  /// chamber pressures above supply. Times `scale`, which meets the constants first: a scale that is held, like an
+  /// opening, costs nothing in a loop over time.
   template <class S>
   S fill_flow(const S& pressure) const {
+    return scaled_fill_flow<S>(S(1.0), pressure);
+  }
+  template <class S>
+  S scaled_fill_flow(const S& scale, const S& pressure) const {
     using std::max, std::sqrt;
     // A head of 1e-30 Pa is none, and its root keeps a finite derivative for dual numbers.
     const S root = sqrt(S(max(S(S(supply_) - pressure), S(1e-30))));
-    return select(pressure < S(fill_choked_below_), S(choked_flow_), S(S(fill_coefficient_) * root));
+    return select(pressure < S(fill_choked_below_), S(scale * S(choked_flow_)),
+                  S(S(scale * S(fill_coefficient_)) * root));
   }
 
   /// Flow into a chamber through its fully open exhaust valve [kg/s], negative above atmosphere, (5.7).
   template <class S>
   S exhaust_flow(const S& pressure) const {
-    return select(pressure > S(exhaust_choked_above_), S(-choked_flow_),
-                  S(S(discharge_coefficient_) * (S(atmosphere_) - pressure)));
+    return scaled_exhaust_flow<S>(S(1.0), pressure);
+  }
+  template <class S>
+  S scaled_exhaust_flow(const S& scale, const S& pressure) const {
+    return select(pressure > S(exhaust_choked_above_), S(scale * S(-choked_flow_)),
+                  S(S(scale * S(discharge_coefficient_)) * (S(atmosphere_) - pressure)));
   }
 
   /// Gravity on the slide [N], (4.8).
@@ -61,6 +71,31 @@ class PneumaticActuator {
   template <class S>
   S cylinder_force(const S& pa, const S& pb) const {
     return S(area_a_) * pa - S(area_b_) * pb - S(atmosphere_force_);
+  }
+
+  /// Fill flow from a supply at another pressure; its choked flow grows with it, as an orifice's does.
+  template <class S>
+  S fill_flow(const S& pressure, const S& supply) const {
+    using std::sqrt;
+    const S head = supply - pressure;
+    const S root = sqrt(select(head < S(0.0), S(0.0), head));
+    return select(pressure < S(critical_ratio_) * supply, S(choked_per_supply_) * supply, S(fill_coefficient_) * root);
+  }
+
+  /// Friction of a slide moving in `direction` (+1 or -1) [N], second line of (4.14).
+  template <class S>
+  S sliding_friction(const S& v, const S& direction) const {
+    return S(coulomb_) * direction + S(viscous_) * v;
+  }
+
+  /// Lengths of the air columns [m]; times the piston areas, the volumes (4.19), (4.20).
+  template <class S>
+  S column_a(const S& y) const {
+    return S(dead_length_a_) + y;
+  }
+  template <class S>
+  S column_b(const S& y) const {
+    return S(dead_length_b_) - y;
   }
 
   template <class S>
@@ -85,19 +120,23 @@ class PneumaticActuator {
   template <class S>
   Vector<S, 4> step(const Vector<S, 4>& x, const Vector<S, 4>& opening, const Vector<S, 1>& motor, double dt) const {
     const auto& [y, v, pa, pb] = x;
-    const S flow_a = opening[fill_a] * fill_flow<S>(pa) + opening[exhaust_a] * exhaust_flow<S>(pa);
-    const S flow_b = opening[fill_b] * fill_flow<S>(pb) + opening[exhaust_b] * exhaust_flow<S>(pb);
+    const S heat_a = scaled_fill_flow<S>(S(heating_a_) * opening[fill_a], pa) +
+                     scaled_exhaust_flow<S>(S(heating_a_) * opening[exhaust_a], pa);
+    const S heat_b = scaled_fill_flow<S>(S(heating_b_) * opening[fill_b], pb) +
+                     scaled_exhaust_flow<S>(S(heating_b_) * opening[exhaust_b], pb);
     const S length_a = S(dead_length_a_) + y, length_b = S(dead_length_b_) - y;
     const S per_lengths = S(dt) / (length_a * length_b);  // one division for both chambers
     const S kv = S(ratio_) * v;
-    const S pa_next = pa + (S(heating_a_) * flow_a - pa * kv) * (length_b * per_lengths);
-    const S pb_next = pb + (S(heating_b_) * flow_b + pb * kv) * (length_a * per_lengths);
+    const S pa_next = pa + (heat_a - pa * kv) * (length_b * per_lengths);
+    const S pb_next = pb + (heat_b + pb * kv) * (length_a * per_lengths);
 
     const S applied = cylinder_force<S>(pa, pb) + gravity_force<S>(y) + saturated_motor_force<S>(motor[0]);
     const S v_free = velocity_after<S>(v, applied, dt);
     using std::max, std::min;
     const S y_free = y + S(dt) * v;
-    const S y_next = min(S(max(y_free, S(position_min_))), S(position_max_));
+    // By select and not by min and max: a position that is no number must stay none.
+    const S y_next = select(y_free < S(position_min_), S(position_min_),
+                            select(y_free > S(position_max_), S(position_max_), y_free));
     const S v_next = select(y_free < S(position_min_), S(max(v_free, S(0.0))),
                             select(y_free > S(position_max_), S(min(v_free, S(0.0))), v_free));
     return {y_next, v_next, S(max(pa_next, S(0.0))), S(max(pb_next, S(0.0)))};
@@ -111,7 +150,7 @@ class PneumaticActuator {
   /// Supply air drawn [kg/s].
   template <class S>
   S consumption(const Vector<S, 4>& x, const Vector<S, 4>& opening) const {
-    return opening[fill_a] * fill_flow<S>(x[pressure_a]) + opening[fill_b] * fill_flow<S>(x[pressure_b]);
+    return scaled_fill_flow<S>(opening[fill_a], x[pressure_a]) + scaled_fill_flow<S>(opening[fill_b], x[pressure_b]);
   }
 
   /// One step of a box [low, high] that holds every state reachable with openings and motor force anywhere in theirs:
@@ -220,6 +259,7 @@ class PneumaticActuator {
       discharge_coefficient_, fill_choked_below_, exhaust_choked_above_, ratio_, heating_a_, heating_b_, dead_length_a_,
       dead_length_b_, position_min_, position_max_, block_weight_, gravity_amplitude_, angle_per_m_, inverse_mass_,
       static_, coulomb_, viscous_, motor_limit_;
+  double critical_ratio_, choked_per_supply_;  // of the fill flow at another supply pressure
 };
 
 using ActuatorState = StateOf<PneumaticActuator>;

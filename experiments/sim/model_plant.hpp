@@ -2,7 +2,7 @@
 
 #include "core/actuator/dynamics.hpp"
 #include "core/actuator/valves.hpp"
-#include "core/rt/io.hpp"
+#include "experiments/sim/simulated_plant.hpp"
 
 #include <random>
 
@@ -16,7 +16,7 @@ struct SensorNoise {
 
 /// The controller's own equations as the plant: explicit Euler at T_s, commands through the delays of its valves.
 /// Starts at rest at `start_m`, both chambers at atmospheric pressure, coils off.
-class ModelPlant final : public Plant {
+class ModelPlant final : public SimulatedPlant {
  public:
   struct Sensing {
     bool ideal = true;  ///< controllers may read the true state
@@ -31,7 +31,7 @@ class ModelPlant final : public Plant {
   void write(const Command& command) noexcept override;
 
   const ActuatorState& state() const { return state_; }
-  double air_used_kg() const { return air_kg_; }
+  double air_used_kg() const override { return air_kg_; }
 
  private:
   void advance_one_step() noexcept;

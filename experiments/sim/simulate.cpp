@@ -6,8 +6,10 @@
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "experiments/sim/model_plant.hpp"
+#include "experiments/twin/twin_plant.hpp"
 
 #include <cmath>
+#include <filesystem>
 
 #include <fmt/format.h>
 
@@ -19,7 +21,9 @@ ScenarioConfig read_scenario(TableReader& table) {
   s.plane = table.text_or("plane", "vertical", {"vertical", "horizontal"}) == "vertical" ? Plane::vertical
                                                                                          : Plane::horizontal;
   s.payload_kg = table.number_or("payload_kg", 0.0, Range::between(0.0, 10.0));
-  s.plant = table.text_or("plant", s.plant, {"model"});
+  s.plant = table.text_or("plant", s.plant, {"model", "twin"});
+  if (s.plant == "twin" && table.has("twin"))
+    s.twin = read_twin_file((std::filesystem::path(table.folder()) / table.text("twin")).string());
   if (table.has("mismatch")) {
     TableReader mismatch = table.table("mismatch");
     s.mismatch = read_mismatch(mismatch);
@@ -42,22 +46,32 @@ ScenarioConfig read_scenario(TableReader& table) {
   return s;
 }
 
-RunResult simulate(const VariantConfig& variant, const ScenarioConfig& scenario, std::uint64_t seed) {
+std::unique_ptr<SimulatedPlant> make_plant(const VariantConfig& variant, const ScenarioConfig& scenario,
+                                           std::uint64_t seed) {
+  const double start_m = scenario.trajectory.start_m();
+  if (scenario.plant == "twin")
+    return std::make_unique<TwinPlant>(
+        twin_for(scenario.twin, {scenario.plane, scenario.payload_kg, scenario.mismatch}), variant.valves, start_m,
+        TwinPlant::Sensing{scenario.ideal_sensing, scenario.noise, seed});
   ActuatorParameters parameters = scenario.mismatch.applied_to(variant.believed);
   parameters.payload_mass_kg = scenario.payload_kg;
   parameters.plane = scenario.plane;
-  ModelPlant plant(parameters, variant.valves, scenario.trajectory.start_m(),
-                   {scenario.ideal_sensing, scenario.noise, {}, seed});
+  return std::make_unique<ModelPlant>(parameters, variant.valves, start_m,
+                                      ModelPlant::Sensing{scenario.ideal_sensing, scenario.noise, {}, seed});
+}
+
+RunResult simulate(const VariantConfig& variant, const ScenarioConfig& scenario, std::uint64_t seed) {
+  const std::unique_ptr<SimulatedPlant> plant = make_plant(variant, scenario, seed);
   const auto controller = make_controller(variant, scenario.trajectory, scenario.plane);
   CommandLimits limits = make_limits(variant);
   const auto ticks = static_cast<std::int64_t>(std::llround(scenario.duration_s / tick_s));
   MemoryRecorder recorder(static_cast<std::size_t>(ticks));
   FakeClock clock;
-  ControlLoop loop(plant, clock, *controller, limits, recorder);
+  ControlLoop loop(*plant, clock, *controller, limits, recorder);
   loop.run(ticks, tick_s);
 
   RunResult result;
-  result.metrics = evaluate_run(recorder.records(), scenario.trajectory, tick_s, plant.air_used_kg(), 1e6 * period_s);
+  result.metrics = evaluate_run(recorder.records(), scenario.trajectory, tick_s, plant->air_used_kg(), 1e6 * period_s);
   result.ticks = recorder.records();
   return result;
 }

@@ -3,7 +3,10 @@
 #include "controllers/variant.hpp"
 #include "core/metrics/metrics.hpp"
 #include "core/reference/trajectory.hpp"
+#include "experiments/sim/simulated_plant.hpp"
+#include "experiments/twin/parameters.hpp"
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -17,8 +20,9 @@ struct ScenarioConfig {
   std::string trajectory_kind;
   Trajectory trajectory{0.0};
   Plane plane = Plane::vertical;
-  double payload_kg = 0.0;      ///< the plant's; the controller is never told
-  std::string plant = "model";  ///< model: the controller's own equations
+  double payload_kg = 0.0;               ///< the plant's; the controller is never told
+  std::string plant = "model";           ///< model: the controller's own equations; twin: the truth plant
+  TwinParameters twin = nominal_twin();  ///< the plant's parameters if plant is twin
   Mismatch mismatch;
   bool noise = false;
   bool ideal_sensing = true;  ///< controllers read the true state
@@ -28,6 +32,10 @@ struct ScenarioConfig {
 /// Reads one scenario; the motion starts at the hanging equilibrium of the unloaded arm unless it says from_m. Throws
 /// ConfigError with file, line, key and what is allowed.
 ScenarioConfig read_scenario(TableReader& table);
+
+/// The scenario's plant with this variant's valves: "model" has the variant's believed parameters, "twin" its own.
+std::unique_ptr<SimulatedPlant> make_plant(const VariantConfig& variant, const ScenarioConfig& scenario,
+                                           std::uint64_t seed);
 
 /// A finished run.
 struct RunResult {
