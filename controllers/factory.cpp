@@ -45,8 +45,9 @@ std::unique_ptr<Controller> make_controller(const VariantConfig& v, const Trajec
   using Mpc = MpcController<PneumaticActuator>;
   Problem<PneumaticActuator> problem = make_problem(v, plane);
   MotorLaw motor = make_motor(v, problem.model);
-  return std::make_unique<Mpc>(
-      Mpc::Parts{std::move(problem), make_solver(v.solver), reference, v.integral, motor, v.deadline_ms});
+  Estimator estimator(v.estimator, problem.model, v.estimation);
+  return std::make_unique<Mpc>(Mpc::Parts{std::move(problem), make_solver(v.solver), reference, v.integral, motor,
+                                          v.deadline_ms, std::move(estimator), v.use_estimate, v.latency_ticks});
 }
 
 CommandLimits make_limits(const VariantConfig& v) {

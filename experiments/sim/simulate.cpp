@@ -25,7 +25,9 @@ ScenarioConfig read_scenario(TableReader& table) {
     s.mismatch = read_mismatch(mismatch);
   }
   s.noise = table.boolean_or("noise", false);
-  s.ideal_sensing = table.text_or("sensing", s.noise ? "measured" : "ideal", {"ideal", "measured"}) == "ideal";
+  const std::string sensing = table.text_or("sensing", s.noise ? "measured" : "ideal", {"ideal", "measured", "chain"});
+  s.ideal_sensing = sensing == "ideal";
+  s.sensing_chain = sensing == "chain";
   if (s.noise && s.ideal_sensing) table.fail("sensing", "'ideal' has no noise (allowed: measured, or noise = false)");
 
   const ActuatorParameters unloaded;
@@ -47,7 +49,7 @@ RunResult simulate(const VariantConfig& variant, const ScenarioConfig& scenario,
   parameters.payload_mass_kg = scenario.payload_kg;
   parameters.plane = scenario.plane;
   ModelPlant plant(parameters, variant.valves, scenario.trajectory.start_m(),
-                   {scenario.ideal_sensing, scenario.noise, {}, seed});
+                   {scenario.ideal_sensing, scenario.noise, scenario.sensing_chain, {}, seed});
   const auto controller = make_controller(variant, scenario.trajectory, scenario.plane);
   CommandLimits limits = make_limits(variant);
   const auto ticks = static_cast<std::int64_t>(std::llround(scenario.duration_s / tick_s));

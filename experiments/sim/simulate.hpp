@@ -21,7 +21,8 @@ struct ScenarioConfig {
   std::string plant = "model";  ///< model: the controller's own equations
   Mismatch mismatch;
   bool noise = false;
-  bool ideal_sensing = true;  ///< controllers read the true state
+  bool ideal_sensing = true;   ///< controllers read the true state
+  bool sensing_chain = false;  ///< raw potentiometer, spikes, Bessel filter and converters between plant and controller
   double duration_s = 8.0;
 };
 

@@ -1,0 +1,87 @@
+#pragma once
+
+#include "controllers/estimators/loaded_actuator.hpp"
+#include "controllers/estimators/pressure_lag.hpp"
+#include "controllers/estimators/tuning.hpp"
+#include "core/rt/controller.hpp"
+
+#include <Eigen/Core>
+
+namespace solenoid {
+
+/// Mean and covariance of an estimate: the loaded actuator's eight states, then the lags of the two pressure channels.
+struct Belief {
+  static constexpr int core = 8, lag_a = core, lag_b = core + PressureLag::size, size = lag_b + PressureLag::size;
+  using State = Eigen::Matrix<double, size, 1>;
+  using Covariance = Eigen::Matrix<double, size, size>;  // symmetric: row- and column-major alike
+  State mean = State::Zero();
+  Covariance covariance = Covariance::Zero();
+};
+
+/// One tick of the model with its sensing chain, and its linearisation: what Kalman filter and moving horizon share.
+class SensedModel {
+ public:
+  using Jacobian = Eigen::Matrix<double, Belief::core, Belief::core>;
+
+  SensedModel(const PneumaticActuator& model, const EstimatorTuning& tuning);
+
+  /// Moves `mean` by a tick under these inputs. With friction at rest as the model has it.
+  void advance(Belief::State& mean, const SwitchedOf<LoadedActuator>& opening, double motor_n) const noexcept;
+
+  /// The Jacobian of the eight core states. Friction is linearised statistically where the velocity's sign is in doubt
+  /// (its standard deviation is given), so that a slide at rest keeps a velocity the filter can still correct.
+  /// `friction_variance` receives what that leaves out, as a variance of the velocity after the tick.
+  void linearise(const Belief::State& mean, double velocity_sigma, const SwitchedOf<LoadedActuator>& opening,
+                 double motor_n, Jacobian& jacobian, double& friction_variance) const noexcept;
+
+  /// Multiplies a 24 x columns matrix (row-major) from the left with the tick's Jacobian, lags included.
+  template <int columns>
+  void propagate(const Jacobian& jacobian, double* rows) const noexcept {
+    using Row = Eigen::Array<double, columns, 1>;
+    const auto row = [rows](int i) { return Eigen::Map<Row>(rows + i * columns); };
+    std::array<Row, Belief::core> next;
+    for (int i = 0; i < Belief::core; ++i) {
+      Row& sum = next[static_cast<std::size_t>(i)];
+      sum = jacobian(i, i) * row(i);
+      for (int j = 0; j < Belief::core; ++j)
+        if (j != i && jacobian(i, j) != 0.0) sum += jacobian(i, j) * row(j);
+    }
+    const Row before_a = row(pressure_a), before_b = row(pressure_b);
+    for (int i = 0; i < Belief::core; ++i) row(i) = next[static_cast<std::size_t>(i)];
+    lag_.advance<columns>(rows + Belief::lag_a * columns, before_a.data(), rows + pressure_a * columns);
+    lag_.advance<columns>(rows + Belief::lag_b * columns, before_b.data(), rows + pressure_b * columns);
+  }
+
+  /// Adds the process noise of a tick.
+  void add_process_noise(double friction_variance, Belief::Covariance& covariance) const noexcept;
+
+  /// The measurement's row: sensor 0 position, 1 and 2 the pressures. `variance` receives its noise.
+  const Belief::State& sensor(int index) const { return sensors_[static_cast<std::size_t>(index)]; }
+  double sensor_variance(int index) const { return index == 0 ? position_variance_ : pressure_variance_; }
+
+  /// Whether a pressure sensor at the end of its range says no more than what is expected anyway.
+  bool saturated(double measured_pa, double expected_pa) const noexcept {
+    constexpr double margin_pa = 100.0;
+    return (measured_pa > tuning_.pressure_high_pa - margin_pa && expected_pa > measured_pa) ||
+           (measured_pa < tuning_.pressure_low_pa + margin_pa && expected_pa < measured_pa);
+  }
+
+  /// What is believed at the first measurement: at rest, filters settled.
+  void start(const Sensors& sensors, Belief& belief) const noexcept;
+  /// Physical limits: payload not negative, factors in reason.
+  void confine(Belief::State& mean) const noexcept;
+
+  const LoadedActuator& model() const { return model_; }
+  const EstimatorTuning& tuning() const { return tuning_; }
+
+ private:
+  LoadedActuator model_;
+  EstimatorTuning tuning_;
+  PressureLag lag_;
+  std::array<Belief::State, 3> sensors_;
+  Belief::State pressure_a_noise_, pressure_b_noise_, input_a_noise_, input_b_noise_;
+  Eigen::Matrix<double, Belief::core, 1> core_noise_;
+  double position_variance_, pressure_variance_;
+};
+
+}  // namespace solenoid
