@@ -8,6 +8,7 @@ Estimator::Kind Estimator::make(const std::string& name, const PneumaticActuator
                                 const EstimatorTuning& tuning) {
   if (name == "thesis") return ThesisEstimator();
   if (name == "ekf" || name == "payload_ekf") return ActuatorKalman(model, tuning);
+  if (name == "mhe") return MovingHorizon(model, tuning);
   throw std::invalid_argument("no estimator '" + name + "' (allowed: thesis, ekf, payload_ekf, mhe)");
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "controllers/estimators/kalman.hpp"
+#include "controllers/estimators/moving_horizon.hpp"
 #include "controllers/estimators/thesis_estimator.hpp"
 
 #include <string>
@@ -26,7 +27,7 @@ class Estimator {
   }
 
  private:
-  using Kind = std::variant<ThesisEstimator, ActuatorKalman>;
+  using Kind = std::variant<ThesisEstimator, ActuatorKalman, MovingHorizon>;
   static Kind make(const std::string& name, const PneumaticActuator& model, const EstimatorTuning& tuning);
   Kind kind_;
 };

@@ -7,13 +7,14 @@ namespace solenoid {
 ActuatorKalman::ActuatorKalman(const PneumaticActuator& model, const EstimatorTuning& tuning) : model_(model, tuning) {}
 
 ActuatorState ActuatorKalman::update(const Sensors& sensors) noexcept {
-  const bool sound = belief_.mean.allFinite() && belief_.covariance.diagonal().allFinite();
-  if (started_ && sound) {
+  const bool sound = belief_.mean.allFinite() && belief_.covariance.allFinite();
+  if (starts_ > 0 && sound && lost_ticks_ < patience_ticks) {
     predict();
     innovation_ = correct(sensors);
-  } else {
-    model_.start(sensors, belief_);
-    started_ = true;
+  } else if (std::isfinite(sensors.position_m + sensors.pressure_a_pa + sensors.pressure_b_pa)) {
+    model_.start(sensors, starts_ == 0, belief_);
+    ++starts_;
+    lost_ticks_ = 0;
   }
   return actuator_state(belief_);
 }
@@ -25,15 +26,15 @@ void ActuatorKalman::applied(const SwitchedOf<PneumaticActuator>& opening, doubl
 
 void ActuatorKalman::predict() noexcept {
   SensedModel::Jacobian jacobian;
-  double friction_variance = 0.0;
+  double unknown_variance = 0.0;
   const double velocity_sigma = std::sqrt(std::max(0.0, belief_.covariance(velocity, velocity)));
-  model_.linearise(belief_.mean, velocity_sigma, opening_, motor_n_, jacobian, friction_variance);
+  model_.linearise(belief_.mean, velocity_sigma, opening_, motor_n_, jacobian, unknown_variance);
   model_.advance(belief_.mean, opening_, motor_n_);
   // P is symmetric, so F P F' = F (F P)'.
   model_.propagate<Belief::size>(jacobian, belief_.covariance.data());
   belief_.covariance.transposeInPlace();
   model_.propagate<Belief::size>(jacobian, belief_.covariance.data());
-  model_.add_process_noise(friction_variance, belief_.covariance);
+  model_.add_process_noise(unknown_variance, belief_.covariance);
 }
 
 double ActuatorKalman::correct(const Sensors& sensors) noexcept {
@@ -58,6 +59,7 @@ double ActuatorKalman::correct(const Sensors& sensors) noexcept {
     p.noalias() -= left * gain.transpose();
     p.noalias() += (variance - spread) * gain * gain.transpose();
     squares += innovation * innovation / believed;
+    if (i == 0) lost_ticks_ = innovation * innovation > lost_sigmas * lost_sigmas * believed ? lost_ticks_ + 1 : 0;
   }
   p = (0.5 * (p + p.transpose())).eval();
   model_.confine(belief_.mean);

@@ -12,8 +12,8 @@ namespace {
 
 /// Slower than this the Jacobian is taken: the velocity at which one tick of any force cannot reverse the slide.
 constexpr double reversal_speed = 0.01;
-/// Keeps linearisations off the root of the fill flow, whose derivative has no bound at supply pressure.
-constexpr double supply_margin_pa = 200.0;
+/// Keeps linearisations off the root of the fill flow, whose slope has no bound just below supply pressure.
+constexpr double supply_margin_pa = 800.0;
 /// The velocity's standard deviation below which friction's statistical slope grows no further.
 constexpr double least_velocity_sigma = 1e-3;
 
@@ -78,16 +78,18 @@ void SensedModel::advance(Belief::State& mean, const SwitchedOf<LoadedActuator>&
 }
 
 void SensedModel::linearise(const Belief::State& mean, double velocity_sigma, const SwitchedOf<LoadedActuator>& opening,
-                            double motor_n, Jacobian& jacobian, double& friction_variance) const noexcept {
+                            double motor_n, Jacobian& jacobian, double& unknown_variance) const noexcept {
   const PneumaticActuator& actuator = model_.actuator();
   auto x = core_of(mean);
   const double v = x[velocity];
   if (std::abs(v) < reversal_speed) x[velocity] = v < 0 ? -reversal_speed : reversal_speed;
   const ActuatorParameters& p = actuator.parameters();
-  const double most_pa = p.supply_pressure_pa - supply_margin_pa;
-  x[pressure_a] = std::min(x[pressure_a], most_pa);
-  x[pressure_b] = std::min(x[pressure_b], most_pa);
-  x[position] = std::clamp(x[position], p.position_min_m() + 1e-4, p.position_max_m() - 1e-4);
+  for (const std::size_t i : {pressure_a, pressure_b})
+    if (x[i] < p.supply_pressure_pa) x[i] = std::min(x[i], p.supply_pressure_pa - supply_margin_pa);
+  const double ahead = x[position] + 2 * tick_s * v;
+  const bool stopping = ahead < p.position_min_m() || ahead > p.position_max_m();
+  const double margin_m = 1e-4 + tick_s * std::abs(x[velocity]);  // an end stop would make position and speed certain
+  x[position] = std::clamp(x[position], p.position_min_m() + margin_m, p.position_max_m() - margin_m);
   solenoid::linearise(model_, x, opening, {motor_n}, tick_s, jacobian);
 
   // sign(v) of v ~ N(v, s^2) has mean erf(v / (s sqrt 2)) and that mean the slope below: describing-function theory.
@@ -98,17 +100,18 @@ void SensedModel::linearise(const Belief::State& mean, double velocity_sigma, co
   const double change = tick_s * own.inverse_mass * own.coulomb;
   jacobian(velocity, velocity) -= std::min(change * bell / s, 0.9);
   jacobian(velocity, friction_factor) *= std::abs(mean_sign);
-  friction_variance = change * change * std::max(0.0, 1.0 - mean_sign * mean_sign - bell * bell);
+  unknown_variance = change * change * std::max(0.0, 1.0 - mean_sign * mean_sign - bell * bell);
+  if (stopping) unknown_variance += v * v;  // an impact a tick sooner or later is the whole velocity
 }
 
-void SensedModel::add_process_noise(double friction_variance, Belief::Covariance& covariance) const noexcept {
+void SensedModel::add_process_noise(double unknown_variance, Belief::Covariance& covariance) const noexcept {
   covariance.diagonal().head<Belief::core>() += core_noise_;
-  covariance(velocity, velocity) += friction_variance;
+  covariance(velocity, velocity) += unknown_variance;
   for (const auto* direction : {&pressure_a_noise_, &pressure_b_noise_, &input_a_noise_, &input_b_noise_})
     covariance.noalias() += *direction * direction->transpose();
 }
 
-void SensedModel::start(const Sensors& sensors, Belief& belief) const noexcept {
+void SensedModel::start(const Sensors& sensors, bool at_rest, Belief& belief) const noexcept {
   const double pressures[] = {sensors.pressure_a_pa, sensors.pressure_b_pa};
   belief.mean.setZero();
   belief.mean[position] = sensors.position_m;
@@ -116,8 +119,8 @@ void SensedModel::start(const Sensors& sensors, Belief& belief) const noexcept {
   belief.mean[flow_factor] = belief.mean[friction_factor] = 1.0;
   belief.covariance.setZero();
   Eigen::Matrix<double, Belief::core, 1> sigma;
-  sigma << std::sqrt(position_variance_), 1e-3, 0.0, 0.0, tuning_.force_sigma_n, tuning_.payload_sigma_kg,
-      tuning_.flow_sigma, tuning_.friction_sigma;
+  sigma << std::sqrt(position_variance_), at_rest ? 1e-3 : 0.2, 0.0, 0.0, tuning_.force_sigma_n,
+      tuning_.payload_sigma_kg, tuning_.flow_sigma, tuning_.friction_sigma;
   belief.covariance.diagonal().head<Belief::core>() = sigma.cwiseAbs2();
   for (const int chamber : {0, 1}) {
     const int lag = chamber == 0 ? Belief::lag_a : Belief::lag_b;
@@ -125,14 +128,19 @@ void SensedModel::start(const Sensors& sensors, Belief& belief) const noexcept {
     settled[pressure_a + static_cast<std::size_t>(chamber)] = 1.0;
     for (int i = 0; i < PressureLag::size; i += 2) settled[lag + i] = 1.0;
     belief.mean += pressures[chamber] * settled;
-    constexpr double pressure_sigma_pa = 500.0, lag_sigma_pa = 20.0;
+    const double pressure_sigma_pa = at_rest ? 500.0 : 5e4, lag_sigma_pa = at_rest ? 20.0 : 5e3;
     belief.covariance.noalias() += pressure_sigma_pa * pressure_sigma_pa * settled * settled.transpose();
     belief.covariance.diagonal().segment<PressureLag::size>(lag).array() += lag_sigma_pa * lag_sigma_pa;
   }
 }
 
 void SensedModel::confine(Belief::State& mean) const noexcept {
-  mean[payload] = std::clamp(mean[payload], -0.1, 2.0);
+  const ActuatorParameters& p = model_.actuator().parameters();
+  mean[position] = std::clamp(mean[position], p.position_min_m(), p.position_max_m());
+  mean[velocity] = std::clamp(mean[velocity], -5.0, 5.0);
+  mean[pressure_a] = std::clamp(mean[pressure_a], 1e4, 4e6);
+  mean[pressure_b] = std::clamp(mean[pressure_b], 1e4, 4e6);
+  mean[payload] = std::clamp(mean[payload], -0.1, 2.0);  // below zero: an error of a small payload has two sides
   mean[flow_factor] = std::clamp(mean[flow_factor], 0.3, 3.0);
   mean[friction_factor] = std::clamp(mean[friction_factor], 0.1, 5.0);
 }

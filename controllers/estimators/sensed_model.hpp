@@ -30,9 +30,9 @@ class SensedModel {
 
   /// The Jacobian of the eight core states. Friction is linearised statistically where the velocity's sign is in doubt
   /// (its standard deviation is given), so that a slide at rest keeps a velocity the filter can still correct.
-  /// `friction_variance` receives what that leaves out, as a variance of the velocity after the tick.
+  /// `unknown_variance` receives what that leaves out, as a variance of the velocity after the tick.
   void linearise(const Belief::State& mean, double velocity_sigma, const SwitchedOf<LoadedActuator>& opening,
-                 double motor_n, Jacobian& jacobian, double& friction_variance) const noexcept;
+                 double motor_n, Jacobian& jacobian, double& unknown_variance) const noexcept;
 
   /// Multiplies a 24 x columns matrix (row-major) from the left with the tick's Jacobian, lags included.
   template <int columns>
@@ -53,10 +53,22 @@ class SensedModel {
   }
 
   /// Adds the process noise of a tick.
-  void add_process_noise(double friction_variance, Belief::Covariance& covariance) const noexcept;
+  void add_process_noise(double unknown_variance, Belief::Covariance& covariance) const noexcept;
 
   /// The measurement's row: sensor 0 position, 1 and 2 the pressures. `variance` receives its noise.
   const Belief::State& sensor(int index) const { return sensors_[static_cast<std::size_t>(index)]; }
+  double expected(int index, const Belief::State& mean) const noexcept {
+    return index == 0 ? mean[position] : sensor(index).dot(mean);
+  }
+  /// The sensor's row times a 24 x columns matrix (row-major): the columns' numbers in `out`.
+  template <int columns>
+  void sensor_row(int index, const double* rows, double* out) const noexcept {
+    Eigen::Map<Eigen::Array<double, columns, 1>> sum(out);
+    sum.setZero();
+    const Belief::State& h = sensor(index);
+    for (int i = 0; i < Belief::size; ++i)
+      if (h[i] != 0.0) sum += h[i] * Eigen::Map<const Eigen::Array<double, columns, 1>>(rows + i * columns);
+  }
   double sensor_variance(int index) const { return index == 0 ? position_variance_ : pressure_variance_; }
 
   /// Whether a pressure sensor at the end of its range says no more than what is expected anyway.
@@ -66,9 +78,9 @@ class SensedModel {
            (measured_pa < tuning_.pressure_low_pa + margin_pa && expected_pa < measured_pa);
   }
 
-  /// What is believed at the first measurement: at rest, filters settled.
-  void start(const Sensors& sensors, Belief& belief) const noexcept;
-  /// Physical limits: payload not negative, factors in reason.
+  /// What is believed at a first measurement: at rest with settled filters, or anywhere.
+  void start(const Sensors& sensors, bool at_rest, Belief& belief) const noexcept;
+  /// Physical limits.
   void confine(Belief::State& mean) const noexcept;
 
   const LoadedActuator& model() const { return model_; }

@@ -2,8 +2,22 @@
 
 #include "core/mpc/hybrid_model.hpp"
 
+#include <cmath>
+
 #include <Eigen/Core>
 #include <unsupported/Eigen/AutoDiff>
+
+namespace Eigen {
+
+/// Square root of a dual number whose derivative at zero is zero. Models cut the radicand off at zero, where the
+/// general rule makes 0 times infinity of a derivative that is none.
+template <int n>
+AutoDiffScalar<Matrix<double, n, 1>> sqrt(const AutoDiffScalar<Matrix<double, n, 1>>& x) {
+  const double root = std::sqrt(x.value());
+  return {root, x.derivatives() * (root > 0.0 ? 0.5 / root : 0.0)};
+}
+
+}  // namespace Eigen
 
 namespace solenoid {
 

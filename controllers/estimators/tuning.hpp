@@ -23,7 +23,7 @@ struct EstimatorTuning {
   // The plant beyond the model.
   double force_sigma_n = 0.6;  ///< external force: stationary standard deviation
   double payload_mean_kg = 0.1, payload_sigma_kg = 0.2;
-  double payload_drift = 0.002;  ///< [kg / s^0.5]
+  double payload_drift = 0.004;  ///< [kg / s^0.5]
   double flow_sigma = 0.12, friction_sigma = 0.5;
   double pressure_drift_pa = 5e3;  ///< [Pa / s^0.5]
   double force_white_n = 0.3;      ///< unmodelled force of one tick
