@@ -46,7 +46,7 @@ double ActuatorKalman::correct(const Sensors& sensors) noexcept {
     const Belief::State& h = model_.sensor(i);
     const Belief::State ph = p * h;
     const double expected = h.dot(belief_.mean), spread = h.dot(ph);
-    if (i > 0 && model_.saturated(measured[i], expected)) continue;
+    if (model_.saturated(i, measured[i], expected)) continue;
     const double innovation = measured[i] - expected;
     const double believed = spread + model_.sensor_variance(i);
     const double gate = model_.tuning().gate_sigmas;

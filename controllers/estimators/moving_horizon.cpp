@@ -121,7 +121,7 @@ void MovingHorizon::disturb(int k, Sensitivity& s) const noexcept {
 }
 
 bool MovingHorizon::informative(int sensor, double value, double expected) const noexcept {
-  return std::isfinite(value) && (sensor == 0 || !kalman_.model().saturated(value, expected));
+  return std::isfinite(value) && !kalman_.model().saturated(sensor, value, expected);
 }
 
 double MovingHorizon::measurement_cost(const Tick& at, const Belief::State& x) const noexcept {

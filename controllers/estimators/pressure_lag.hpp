@@ -23,14 +23,14 @@ class PressureLag {
 
   PressureLag(double cutoff_hz, double dt) {
     const auto unit = Bessel8::poles();
-    const double cutoff = 2 * std::numbers::pi * cutoff_hz;
+    const double per_delay = 2 * std::numbers::pi * cutoff_hz / Bessel8::delay_times_cutoff_rad;
     std::complex<double> product = 1.0;
     for (const auto& p : unit) product *= std::norm(p);
     for (std::size_t i = 0; i < modes; ++i) {
       std::complex<double> others = unit[i] - std::conj(unit[i]);
       for (std::size_t j = 0; j < modes; ++j)
         if (j != i) others *= (unit[i] - unit[j]) * (unit[i] - std::conj(unit[j]));
-      const std::complex<double> p = unit[i] * cutoff, e = std::exp(p * dt);
+      const std::complex<double> p = unit[i] * per_delay, e = std::exp(p * dt);
       decay_[i] = e;
       late_[i] = -(e - 1.0 - p * dt) / (p * dt);
       early_[i] = -(e - 1.0) - late_[i];

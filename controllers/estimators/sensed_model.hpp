@@ -71,11 +71,13 @@ class SensedModel {
   }
   double sensor_variance(int index) const { return index == 0 ? position_variance_ : pressure_variance_; }
 
-  /// Whether a pressure sensor at the end of its range says no more than what is expected anyway.
-  bool saturated(double measured_pa, double expected_pa) const noexcept {
-    constexpr double margin_pa = 100.0;
-    return (measured_pa > tuning_.pressure_high_pa - margin_pa && expected_pa > measured_pa) ||
-           (measured_pa < tuning_.pressure_low_pa + margin_pa && expected_pa < measured_pa);
+  /// Whether a sensor at the end of its range says no more than what is expected anyway.
+  bool saturated(int index, double measured, double expected) const noexcept {
+    const bool first = index == 0;
+    const double margin = first ? tuning_.position_quantum_m : 100.0;
+    const double low = first ? tuning_.position_low_m : tuning_.pressure_low_pa;
+    const double high = first ? tuning_.position_high_m : tuning_.pressure_high_pa;
+    return (measured > high - margin && expected > measured) || (measured < low + margin && expected < measured);
   }
 
   /// What is believed at a first measurement: at rest with settled filters, or anywhere.

@@ -24,6 +24,10 @@ void read_estimator_tuning(TableReader& table, EstimatorTuning& t) {
   };
   read("position_sigma_m", t.position_sigma_m, positive);
   read("position_quantum_m", t.position_quantum_m, non_negative);
+  read("position_low_m", t.position_low_m, Range::any());
+  read("position_high_m", t.position_high_m, {t.position_low_m, 10.0, true});
+  read("pressure_low_pa", t.pressure_low_pa, Range::any());
+  read("pressure_high_pa", t.pressure_high_pa, {t.pressure_low_pa, 1e7, true});
   read("pressure_filter_hz", t.pressure_filter_hz, Range::between(0.0, 400.0));
   read("pressure_sigma_pa", t.pressure_sigma_pa, positive);
   read("pressure_input_sigma_pa", t.pressure_input_sigma_pa, non_negative);

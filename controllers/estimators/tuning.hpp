@@ -12,10 +12,11 @@ class TableReader;
 /// or a factor fixes it at its mean. The defaults are payload_ekf's.
 struct EstimatorTuning {
   // Sensors (model.md, section 4).
-  double position_sigma_m = 0.03e-3;       ///< white noise of the unfiltered potentiometer
-  double position_quantum_m = 0.02e-3;     ///< converter step
-  double pressure_filter_hz = 50.0;        ///< cut-off of the hardware Bessel filter; 0: none
-  double pressure_sigma_pa = 60.0;         ///< noise after the filter, quantisation included
+  double position_sigma_m = 0.03e-3;                      ///< white noise of the unfiltered potentiometer
+  double position_quantum_m = 0.02e-3;                    ///< converter step
+  double position_low_m = -0.01, position_high_m = 0.11;  ///< what the potentiometer's channel can show
+  double pressure_filter_hz = 50.0;                       ///< cut-off of the hardware Bessel filter; 0: none
+  double pressure_sigma_pa = 60.0;                        ///< noise after the filter, quantisation included
   double pressure_input_sigma_pa = 850.0;  ///< noise and spikes before it, as white noise held for a tick
   double pressure_low_pa = 101325.0, pressure_high_pa = 101325.0 + 210e3;  ///< what the sensors can show, absolute
   double gate_sigmas = 5.0;  ///< innovations beyond this many standard deviations lose weight

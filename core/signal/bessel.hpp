@@ -1,67 +1,72 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <complex>
 #include <numbers>
 
 namespace solenoid {
 
-/// Eighth-order Bessel low-pass filter, the MAX292 of the rig's pressure channels (section 3.4 of the thesis).
-///
-///     H(s) = prod_i |p_i|^2 w_c^2 / (s^2 - 2 Re(p_i) w_c s + |p_i|^2 w_c^2),   w_c = 2 pi cutoff,   |H(j w_c)|^2 = 1/2
-///
-/// p_i are the four upper poles of the maximally flat delay (Thomson 1949), scaled to 3 dB at 1 rad/s. Unit gain at
-/// rest, group delay 3.179617 / w_c up to about the cut-off: 10.12 ms at 50 Hz. Four bilinear biquads without
-/// pre-warping, which keeps the delay at rest exact at any sample rate; the cut-off moves by (pi cutoff/rate)^2 / 3.
-class Bessel8 {
- public:
-  static constexpr std::size_t order = 8, pairs = order / 2;
-  /// Group delay at rest times the cut-off in rad/s.
-  static constexpr double normalised_delay = 3.179617237510652;
-
-  /// Upper half of the pole pairs, 3 dB at 1 rad/s.
-  static constexpr std::array<std::complex<double>, pairs> poles() {
-    return {{{-1.7574084004017008, 0.2728675751020118},
-             {-1.6369394181267511, 0.8227956251396886},
-             {-1.3738412176373573, 1.3883565758775636},
-             {-0.892869718847131, 1.9983258436412963}}};
-  }
-  static constexpr double delay_s(double cutoff_hz) { return normalised_delay / (2 * std::numbers::pi * cutoff_hz); }
-
-  Bessel8(double cutoff_hz, double sample_rate_hz) {
-    const double cutoff = 2 * std::numbers::pi * cutoff_hz, k = 2 * sample_rate_hz;
-    for (std::size_t i = 0; i < pairs; ++i) {
-      const double square = std::norm(poles()[i]) * cutoff * cutoff, damping = -2 * poles()[i].real() * cutoff;
-      const double scale = 1.0 / (k * k + damping * k + square);
-      sections_[i].gain = square * scale;
-      sections_[i].a1 = 2 * (square - k * k) * scale;
-      sections_[i].a2 = (k * k - damping * k + square) * scale;
-    }
-  }
-
-  /// Starts as if the input had always been `value`.
-  void reset(double value) {
-    for (Section& s : sections_) s.x1 = s.x2 = s.y1 = s.y2 = value;
-  }
+/// One second-order section, direct form II transposed:  y = b0 x + b1 x' + b2 x'' - a1 y' - a2 y''.
+struct Biquad {
+  double b0 = 1, b1 = 0, b2 = 0, a1 = 0, a2 = 0;
+  double s1 = 0, s2 = 0;
 
   double step(double x) {
-    for (Section& s : sections_) {
-      const double y = s.gain * (x + 2 * s.x1 + s.x2) - s.a1 * s.y1 - s.a2 * s.y2;
-      s.x2 = s.x1;
-      s.x1 = x;
-      s.y2 = s.y1;
-      s.y1 = y;
-      x = y;
+    const double y = b0 * x + s1;
+    s1 = b1 * x - a1 * y + s2;
+    s2 = b2 * x - a2 * y;
+    return y;
+  }
+  /// As if input and output had always been `value`; for sections of unit gain at rest.
+  void reset(double value) {
+    s1 = value * (1 - b0);
+    s2 = value * (b2 - a2);
+  }
+};
+
+/// Eighth-order low-pass Bessel filter as four biquads: maximally flat group delay.
+///
+///     H(s) = 15!! / theta_8(s tau),   theta_8 the reverse Bessel polynomial,   tau = 3.17962 / (2 pi f_c)
+///
+/// f_c is where |H| = -3 dB, tau the group delay at low frequency: 10.1 ms at 50 Hz. By the bilinear transform,
+/// pre-warped at f_c. The pressure filters of the thesis (MAX292, section 3.5) are this filter at 50 Hz.
+///
+/// The poles are the published roots of theta_8 (e.g. C. R. Bond, Bessel filter constants), 12 digits.
+class Bessel8 {
+ public:
+  static constexpr double delay_times_cutoff_rad = 3.17961723751;  ///< tau 2 pi f_c
+
+  /// Upper half of the poles of H for tau = 1 s.
+  static constexpr std::array<std::complex<double>, 4> poles() {
+    return {{{-5.587886043263, 0.867614445353},
+             {-5.204840790636, 2.616175152642},
+             {-4.368289217202, 4.414442500471},
+             {-2.838983948897, 6.353911298604}}};
+  }
+
+  Bessel8(double cutoff_hz, double sample_rate_hz) {
+    // The bilinear transform maps s to (z - 1)/(z + 1) / w with w = tan(pi f_c / f_s) at the cut-off.
+    const double w = std::tan(std::numbers::pi * cutoff_hz / sample_rate_hz) / delay_times_cutoff_rad;
+    std::size_t i = 0;
+    for (const std::complex<double> pole : poles()) {
+      const double sum = -2 * pole.real() * w, product = std::norm(pole) * w * w;
+      const double scale = 1.0 / (1 + sum + product);
+      sections_[i++] = {product * scale, 2 * product * scale, product * scale, 2 * (product - 1) * scale,
+                        (1 - sum + product) * scale};
     }
+  }
+
+  void reset(double value) {
+    for (Biquad& section : sections_) section.reset(value);
+  }
+  double step(double x) {
+    for (Biquad& section : sections_) x = section.step(x);
     return x;
   }
 
  private:
-  struct Section {
-    double gain = 0, a1 = 0, a2 = 0;
-    double x1 = 0, x2 = 0, y1 = 0, y2 = 0;
-  };
-  std::array<Section, pairs> sections_;
+  std::array<Biquad, 4> sections_;
 };
 
 }  // namespace solenoid

@@ -3,7 +3,7 @@
 #include "core/actuator/dynamics.hpp"
 #include "core/actuator/valves.hpp"
 #include "core/rt/io.hpp"
-#include "experiments/sim/sensing_chain.hpp"
+#include "experiments/sim/model_sensing.hpp"
 
 #include <random>
 
@@ -45,7 +45,7 @@ class ModelPlant final : public Plant {
   ModeSet modes_;
   SwitchTiming timing_;
   Sensing sensing_;
-  SensingChain chain_;
+  ModelSensing chain_;
   std::mt19937_64 random_;
   std::normal_distribution<double> normal_;
   ActuatorState state_;

@@ -1,8 +1,8 @@
-#include "experiments/sim/sensing_chain.hpp"
+#include "experiments/sim/model_sensing.hpp"
 
 namespace solenoid {
 
-SensingChain::SensingChain(const SensingChainSettings& s, double tick_s, std::uint64_t seed)
+ModelSensing::ModelSensing(const ModelSensingSettings& s, double tick_s, std::uint64_t seed)
     : settings_(s),
       position_converter_(s.position_low_m, s.position_high_m, s.bits),
       pressure_converter_(s.pressure_low_pa, s.pressure_high_pa, s.bits),
@@ -10,7 +10,7 @@ SensingChain::SensingChain(const SensingChainSettings& s, double tick_s, std::ui
       a_{Bessel8(s.filter_hz, substeps / tick_s)},
       b_{Bessel8(s.filter_hz, substeps / tick_s)} {}
 
-void SensingChain::reset(const ActuatorState& state) {
+void ModelSensing::reset(const ActuatorState& state) {
   position_m_ = state[position];
   for (auto [channel, pressure] : {std::pair{&a_, state[pressure_a]}, std::pair{&b_, state[pressure_b]}}) {
     channel->filter.reset(pressure);
@@ -18,13 +18,13 @@ void SensingChain::reset(const ActuatorState& state) {
   }
 }
 
-void SensingChain::advance(const ActuatorState& state) noexcept {
+void ModelSensing::advance(const ActuatorState& state) noexcept {
   position_m_ = state[position];
   advance(a_, state[pressure_a]);
   advance(b_, state[pressure_b]);
 }
 
-void SensingChain::advance(Channel& c, double pressure_pa) noexcept {
+void ModelSensing::advance(Channel& c, double pressure_pa) noexcept {
   double noise = settings_.pressure_input_sigma_pa * normal_(random_);
   if (uniform_(random_) < settings_.spike_probability)
     noise += uniform_(random_) < 0.5 ? settings_.spike_pa : -settings_.spike_pa;
@@ -35,7 +35,7 @@ void SensingChain::advance(Channel& c, double pressure_pa) noexcept {
   c.previous_pa = pressure_pa;
 }
 
-void SensingChain::read(Sensors& s) noexcept {
+void ModelSensing::read(Sensors& s) noexcept {
   s.position_m = position_converter_(position_m_ + settings_.position_sigma_m * normal_(random_));
   s.pressure_a_pa = pressure_converter_(a_.filtered_pa + settings_.pressure_sigma_pa * normal_(random_));
   s.pressure_b_pa = pressure_converter_(b_.filtered_pa + settings_.pressure_sigma_pa * normal_(random_));

@@ -10,9 +10,9 @@ namespace solenoid {
 
 /// The rig's sensors (model.md, section 4): an unfiltered potentiometer; pressures with noise and spikes before the
 /// eighth-order Bessel filter, a little noise after it; both through a converter.
-struct SensingChainSettings {
+struct ModelSensingSettings {
   double position_sigma_m = 0.03e-3;
-  double position_low_m = -0.02, position_high_m = 0.14;  ///< the potentiometer's range
+  double position_low_m = -0.01, position_high_m = 0.11;  ///< the potentiometer's range
   double filter_hz = 50.0;
   double pressure_input_sigma_pa = 500.0;             ///< white, held for a tick, before the filter
   double spike_pa = 10e3, spike_probability = 0.005;  ///< a tick long, of either sign
@@ -22,9 +22,9 @@ struct SensingChainSettings {
 };
 
 /// True states in, one a tick; sensors out. The filter runs at ten times the tick, its input moving linearly within it.
-class SensingChain {
+class ModelSensing {
  public:
-  SensingChain(const SensingChainSettings& settings, double tick_s, std::uint64_t seed);
+  ModelSensing(const ModelSensingSettings& settings, double tick_s, std::uint64_t seed);
   /// Starts settled at `state`.
   void reset(const ActuatorState& state);
   /// The true state a tick after the last.
@@ -40,7 +40,7 @@ class SensingChain {
   };
   void advance(Channel& channel, double pressure_pa) noexcept;
 
-  SensingChainSettings settings_;
+  ModelSensingSettings settings_;
   Quantiser position_converter_, pressure_converter_;
   std::mt19937_64 random_;
   std::normal_distribution<double> normal_;
