@@ -29,7 +29,7 @@ void ActuatorKalman::predict() noexcept {
   double unknown_variance = 0.0;
   const double velocity_sigma = std::sqrt(std::max(0.0, belief_.covariance(velocity, velocity)));
   model_.linearise(belief_.mean, velocity_sigma, opening_, motor_n_, jacobian, unknown_variance);
-  model_.advance(belief_.mean, opening_, motor_n_);
+  model_.advance(belief_.mean, belief_.at_rest, opening_, motor_n_);
   // P is symmetric, so F P F' = F (F P)'.
   model_.propagate<Belief::size>(jacobian, belief_.covariance.data());
   belief_.covariance.transposeInPlace();

@@ -136,10 +136,11 @@ double MovingHorizon::measurement_cost(const Tick& at, const Belief::State& x) c
 double MovingHorizon::roll(const Unknowns& z, Belief::State& x) const noexcept {
   x = arrival_;
   x.noalias() += root_.triangularView<Eigen::Lower>() * z.head<Belief::size>();
+  bool at_rest = tick(span_).belief.at_rest;
   double cost = z.squaredNorm();
   for (int k = 0; k < span_; ++k) {
     disturb(k, z, x);
-    kalman_.model().advance(x, tick(span_ - k).opening, tick(span_ - k).motor_n);
+    kalman_.model().advance(x, at_rest, tick(span_ - k).opening, tick(span_ - k).motor_n);
     cost += measurement_cost(tick(span_ - k - 1), x);
   }
   return cost;
@@ -156,12 +157,13 @@ void MovingHorizon::linearise(const Unknowns& z) noexcept {
   gradient_ = z;
   SensedModel::Jacobian jacobian;
   double unknown_variance = 0.0;
+  bool at_rest = tick(span_).belief.at_rest;
   for (int k = 0; k < span_; ++k) {
     const Tick& from = tick(span_ - k);
     disturb(k, z, x);
     disturb(k, sensitivity_);
     model.linearise(x, velocity_sigma, from.opening, from.motor_n, jacobian, unknown_variance);
-    model.advance(x, from.opening, from.motor_n);
+    model.advance(x, at_rest, from.opening, from.motor_n);
     model.propagate<unknowns>(jacobian, sensitivity_.data());
     weigh(tick(span_ - k - 1), x);
   }

@@ -69,9 +69,18 @@ SensedModel::SensedModel(const PneumaticActuator& model, const EstimatorTuning& 
   core_noise_[friction_factor] = square(t.friction_sigma) * renewed(t.memory.friction_s);
 }
 
-void SensedModel::advance(Belief::State& mean, const SwitchedOf<LoadedActuator>& opening,
+void SensedModel::advance(Belief::State& mean, bool& at_rest, const SwitchedOf<LoadedActuator>& opening,
                           double motor_n) const noexcept {
-  const auto next = model_.step<double>(core_of(mean), opening, {motor_n}, tick_s);
+  const auto x = core_of(mean);
+  auto next = model_.step<double>(x, opening, {motor_n}, tick_s);
+  if (at_rest && next[velocity] == 0.0) {
+    // A correction left a velocity of either sign where the slide rests: whether it moves off is for the forces to say.
+    auto resting = x;
+    resting[velocity] = 0.0;
+    const double moved_off = model_.step<double>(resting, opening, {motor_n}, tick_s)[velocity];
+    if (moved_off != 0.0) next[velocity] = moved_off + x[velocity];
+  }
+  at_rest = next[velocity] == 0.0;
   lag_.advance<1>(mean.data() + Belief::lag_a, &mean[pressure_a], &next[pressure_a]);
   lag_.advance<1>(mean.data() + Belief::lag_b, &mean[pressure_b], &next[pressure_b]);
   std::copy(next.begin(), next.end(), mean.data());
@@ -90,7 +99,7 @@ void SensedModel::linearise(const Belief::State& mean, double velocity_sigma, co
   const bool stopping = ahead < p.position_min_m() || ahead > p.position_max_m();
   const double margin_m = 1e-4 + tick_s * std::abs(x[velocity]);  // an end stop would make position and speed certain
   x[position] = std::clamp(x[position], p.position_min_m() + margin_m, p.position_max_m() - margin_m);
-  solenoid::linearise(model_, x, opening, {motor_n}, tick_s, jacobian);
+  const double gained = solenoid::linearise(model_, x, opening, {motor_n}, tick_s, jacobian)[velocity] - x[velocity];
 
   // sign(v) of v ~ N(v, s^2) has mean erf(v / (s sqrt 2)) and that mean the slope below: describing-function theory.
   const double s = std::max(velocity_sigma, least_velocity_sigma), ratio = v / s;
@@ -101,6 +110,7 @@ void SensedModel::linearise(const Belief::State& mean, double velocity_sigma, co
   jacobian(velocity, velocity) -= std::min(change * bell / s, 0.9);
   jacobian(velocity, friction_factor) *= std::abs(mean_sign);
   unknown_variance = change * change * std::max(0.0, 1.0 - mean_sign * mean_sign - bell * bell);
+  if (std::abs(v) < std::abs(gained)) unknown_variance += gained * gained / 12;  // a reversal stops inside the tick
   if (stopping) unknown_variance += v * v;  // an impact a tick sooner or later is the whole velocity
 }
 

@@ -16,6 +16,7 @@ struct Belief {
   using Covariance = Eigen::Matrix<double, size, size>;  // symmetric: row- and column-major alike
   State mean = State::Zero();
   Covariance covariance = Covariance::Zero();
+  bool at_rest = false;  ///< the last prediction ended at zero velocity
 };
 
 /// One tick of the model with its sensing chain, and its linearisation: what Kalman filter and moving horizon share.
@@ -25,8 +26,11 @@ class SensedModel {
 
   SensedModel(const PneumaticActuator& model, const EstimatorTuning& tuning);
 
-  /// Moves `mean` by a tick under these inputs. With friction at rest as the model has it.
-  void advance(Belief::State& mean, const SwitchedOf<LoadedActuator>& opening, double motor_n) const noexcept;
+  /// Moves `mean` by a tick under these inputs, by the model's own step. `at_rest` says whether the last tick left the
+  /// velocity at zero, and receives it for this one: a slide at rest stays at rest under corrections of its velocity
+  /// and moves off under forces alone.
+  void advance(Belief::State& mean, bool& at_rest, const SwitchedOf<LoadedActuator>& opening,
+               double motor_n) const noexcept;
 
   /// The Jacobian of the eight core states. Friction is linearised statistically where the velocity's sign is in doubt
   /// (its standard deviation is given), so that a slide at rest keeps a velocity the filter can still correct.

@@ -18,8 +18,9 @@ struct EstimatorTuning {
   double pressure_filter_hz = 50.0;                       ///< cut-off of the hardware Bessel filter; 0: none
   double pressure_sigma_pa = 60.0;                        ///< noise after the filter, quantisation included
   double pressure_input_sigma_pa = 850.0;  ///< noise and spikes before it, as white noise held for a tick
-  double pressure_low_pa = 101325.0, pressure_high_pa = 101325.0 + 210e3;  ///< what the sensors can show, absolute
-  double gate_sigmas = 5.0;  ///< innovations beyond this many standard deviations lose weight
+  double pressure_low_pa = 101325.0 - 210e3,
+         pressure_high_pa = 101325.0 + 210e3;  ///< what the sensors can show, absolute
+  double gate_sigmas = 5.0;                    ///< innovations beyond this many standard deviations lose weight
 
   // The plant beyond the model.
   double force_sigma_n = 0.6;  ///< external force: stationary standard deviation

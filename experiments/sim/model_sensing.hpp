@@ -17,7 +17,7 @@ struct ModelSensingSettings {
   double pressure_input_sigma_pa = 500.0;             ///< white, held for a tick, before the filter
   double spike_pa = 10e3, spike_probability = 0.005;  ///< a tick long, of either sign
   double pressure_sigma_pa = 50.0;                    ///< white, after the filter
-  double pressure_low_pa = 101325.0, pressure_high_pa = 101325.0 + 210e3;
+  double pressure_low_pa = 101325.0 - 210e3, pressure_high_pa = 101325.0 + 210e3;
   int bits = 13;  ///< of both converters
 };
 
