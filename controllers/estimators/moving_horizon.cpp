@@ -80,8 +80,8 @@ void MovingHorizon::estimate() noexcept {
   root_ = arrival.matrixL();
 
   Unknowns z = Unknowns::Zero();
-  Belief::State end;
-  cost_ = cost_at_arrival_ = roll(z, end);
+  Belief::State end, best;
+  cost_ = cost_at_arrival_ = roll(z, best);
   for (int i = 0; i < tuning.iterations; ++i) {
     linearise(z);
     factor_.compute(normal_);
@@ -97,9 +97,10 @@ void MovingHorizon::estimate() noexcept {
     if (!(cost <= cost_)) break;
     z = trial;
     cost_ = cost;
+    best = end;
   }
-  if (!std::isfinite(roll(z, end))) return;
-  belief_.mean = end;
+  if (!std::isfinite(cost_) || !best.allFinite()) return;
+  belief_.mean = best;
   kalman_.model().confine(belief_.mean);
   // The covariance at the end, S (I + J'J)^-1 S', by the last linearisation.
   const Eigen::Matrix<double, unknowns, Belief::size> half = factor_.matrixL().solve(sensitivity_.transpose());
@@ -179,7 +180,8 @@ void MovingHorizon::weigh(const Tick& at, const Belief::State& x) noexcept {
     kalman_.model().sensor_row<unknowns>(i, sensitivity_.data(), row.data());
     row /= sigma(i);
     gradient_.noalias() -= weight * residual * row;
-    for (int c = 0; c < unknowns; ++c) normal_.col(c).noalias() += (weight * row[c]) * row;
+    for (int c = 0; c < unknowns; ++c)  // the lower triangle is all that the factorisation reads
+      normal_.col(c).tail(unknowns - c).noalias() += (weight * row[c]) * row.tail(unknowns - c);
   }
 }
 
