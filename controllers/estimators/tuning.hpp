@@ -32,7 +32,7 @@ struct EstimatorTuning {
   LoadedActuator::Memory memory;
 
   // Moving horizon.
-  int window_ticks = 30;
+  int window_ticks = 25;
   int iterations = 2;
 
   /// Measurement variance of one position sample [m2].
