@@ -46,8 +46,10 @@ std::unique_ptr<Controller> make_mpc(const VariantConfig& v, const Trajectory& r
   using Mpc = MpcController<Model>;
   Problem<Model> problem = make_problem<Model>(v, plane);
   MotorLaw motor = make_motor(v, problem.model);
+  Estimator estimator(v.estimator, problem.model, v.estimation);
   return std::make_unique<Mpc>(typename Mpc::Parts{std::move(problem), make_solver<Model>(v.solver), reference,
-                                                   v.integral, motor, v.deadline_ms});
+                                                   v.integral, motor, v.deadline_ms, std::move(estimator),
+                                                   v.use_estimate, v.latency_ticks});
 }
 
 }  // namespace

@@ -1,11 +1,14 @@
 #pragma once
 
-#include "controllers/estimators/thesis_estimator.hpp"
+#include "controllers/estimators/estimator.hpp"
+#include "controllers/estimators/forecast.hpp"
 #include "controllers/integral_offset.hpp"
 #include "controllers/motor_laws.hpp"
+#include "controllers/variant.hpp"
 #include "core/mpc/solver.hpp"
 #include "core/rt/controller.hpp"
 
+#include <algorithm>
 #include <memory>
 #include <variant>
 
@@ -17,7 +20,7 @@ using MotorLaw = std::variant<NoMotor, PdMotor, InverseDynamicsMotor>;
 ///
 ///     each T_s    estimate, integral offset, motor force
 ///     each T_sp   problem from the estimate, the commands in flight and the reference ahead; solve; command the first
-///     mode
+///     mode, latency_ticks later: the problem starts from the state forecast to that moment
 ///
 /// When a solve ends without a usable plan, the valves keep their command; the report says so.
 template <HybridModel Model>
@@ -30,6 +33,9 @@ class MpcController final : public Controller {
     IntegralSettings integral;
     MotorLaw motor;
     std::optional<double> deadline_ms;
+    Estimator estimator;
+    UseEstimate use_estimate;
+    int latency_ticks = 0;  ///< from sampling to the plan's taking effect, at most a period
   };
 
   /// Prepares the solver; may throw.
@@ -44,24 +50,57 @@ class MpcController final : public Controller {
   Decision step(const Sensors& sensors) noexcept override {
     Decision d;
     d.reference = parts_.reference.at(sensors.time_s);
-    const ActuatorState measured = estimator_.update(sensors);
-    d.estimate = sensors.ideal ? sensors.truth : measured;
+    estimate(sensors, d);
     d.offset_m = offset_.update(d.reference.position - d.estimate[position]);
-    if (tick_++ % ticks_per_period == 0) plan_valves(sensors.time_s, d);
+    release_plan();
+    if (tick_ % ticks_per_period == 0) plan_valves(sensors.time_s, d);
+    release_plan();
     d.command.coils = lines_.commanded();
-    d.command.motor_force_n =
-        std::visit([&](const auto& law) { return law.force(d.reference, d.estimate); }, parts_.motor);
+    d.command.motor_force_n = motor_force(d.reference, d.estimate);
+    SwitchedOf<Model> opening{};
+    std::ranges::copy(parts_.problem.modes.point(lines_.effective()), opening.begin());
+    parts_.estimator.applied(opening, d.command.motor_force_n);
     lines_.advance(1);
+    ++tick_;
     return d;
   }
 
  private:
+  /// Under ideal sensing the true state passes the estimator by.
+  void estimate(const Sensors& sensors, Decision& d) noexcept {
+    if (sensors.ideal) {
+      d.estimate = sensors.truth;
+      return;
+    }
+    d.estimate = parts_.estimator.update(sensors);
+    d.detail = parts_.estimator.detail();
+    const UseEstimate& use = parts_.use_estimate;
+    if (!use.payload && !use.disturbance) return;
+    Model& model = parts_.problem.model;
+    model.set_load(use.payload ? d.detail.payload_kg : model.parameters().payload_mass_kg,
+                   use.disturbance ? d.detail.disturbance_n : 0.0);
+  }
+
+  double motor_force(const ReferenceSample& desired, const StateOf<Model>& x) const noexcept {
+    return std::visit([&](const auto& law) { return law.force(desired, x); }, parts_.motor);
+  }
+
+  void release_plan() noexcept {
+    if (due_tick_ != tick_) return;
+    lines_.command(due_pattern_, timing_);
+    due_tick_ = -1;
+  }
+
   void plan_valves(double time_s, Decision& d) noexcept {
     Problem<Model>& problem = parts_.problem;
-    problem.initial = problem.model.nearest_valid(d.estimate);
     problem.lines = lines_;
+    const int latency = parts_.latency_ticks;
+    problem.initial = problem.model.nearest_valid(forecast(
+        problem.model, problem.modes, d.estimate, problem.lines, latency, tick_s, [&](int j, const StateOf<Model>& x) {
+          return ContinuousOf<Model>{motor_force(parts_.reference.at(time_s + j * tick_s), x)};
+        }));
     for (std::size_t j = 0; j < problem.reference.size(); ++j) {
-      const ReferenceSample ahead = parts_.reference.at(time_s + static_cast<double>(j + 1) * tick_s);
+      const ReferenceSample ahead = parts_.reference.at(time_s + (latency + static_cast<double>(j + 1)) * tick_s);
       problem.reference[j] = {ahead.position + d.offset_m, ahead.velocity};
       if constexpr (HasFeedback<Model>) {
         const ReferenceSample then = parts_.reference.at(time_s + static_cast<double>(j) * tick_s);
@@ -71,7 +110,9 @@ class MpcController final : public Controller {
     shift_plan(problem.horizon, ticks_per_period, plan_);
     d.report = parts_.solver->solve(problem, plan_, deadline());
     d.solved = true;
-    if (usable(d.report.status)) lines_.command(problem.modes.pattern(plan_.modes.front()), timing_);
+    if (!usable(d.report.status)) return;
+    due_pattern_ = problem.modes.pattern(plan_.modes.front());
+    due_tick_ = tick_ + latency;
   }
 
   Deadline deadline() const {
@@ -83,9 +124,9 @@ class MpcController final : public Controller {
   SwitchTiming timing_;
   SwitchLines lines_{0};
   Plan<Model> plan_;
-  ThesisEstimator estimator_;
   IntegralOffset offset_;
-  std::int64_t tick_ = 0;
+  std::int64_t tick_ = 0, due_tick_ = -1;
+  SwitchPattern due_pattern_ = 0;
 };
 
 }  // namespace solenoid

@@ -12,7 +12,11 @@
 namespace solenoid {
 
 const std::vector<std::string>& VariantChoices::estimators() {
-  static const std::vector<std::string> names = {"thesis"};
+  static const std::vector<std::string> names = {"thesis", "ekf", "payload_ekf", "mhe"};
+  return names;
+}
+const std::vector<std::string>& VariantChoices::estimate_uses() {
+  static const std::vector<std::string> names = {"state", "payload", "disturbance", "payload_and_disturbance"};
   return names;
 }
 const std::vector<std::string>& VariantChoices::solvers() {
@@ -91,6 +95,20 @@ void read_motor(TableReader& table, VariantConfig& v) {
   gains.finish();
 }
 
+void read_estimator(TableReader& table, VariantConfig& v) {
+  v.estimator = table.text_or("estimator", v.estimator, VariantChoices::estimators());
+  v.estimation = estimator_tuning(v.estimator);
+  if (table.has("estimation")) {
+    TableReader estimation = table.table("estimation");
+    read_estimator_tuning(estimation, v.estimation);
+  }
+  const std::string use = table.text_or("use_estimate", "state", VariantChoices::estimate_uses());
+  v.use_estimate = {use.starts_with("payload"), use.ends_with("disturbance")};
+  if ((v.use_estimate.payload || v.use_estimate.disturbance) && v.estimator == "thesis")
+    table.fail("use_estimate", "the estimator 'thesis' has nothing but the state (allowed: state)");
+  v.latency_ticks = table.integer_or("latency_ticks", 0, 0, ticks_per_period);
+}
+
 }  // namespace
 
 VariantConfig read_variant(TableReader& table, const std::string& name) {
@@ -98,7 +116,7 @@ VariantConfig read_variant(TableReader& table, const std::string& name) {
   v.name = name;
   v.summary = table.text_or("summary", "");
   v.valves = table.text_or("valves", v.valves, valve_configurations());
-  v.estimator = table.text_or("estimator", v.estimator, VariantChoices::estimators());
+  read_estimator(table, v);
   v.solver = table.text_or("solver", v.solver, VariantChoices::solvers());
   if (table.has("deadline_ms")) v.deadline_ms = table.number("deadline_ms", Range::positive());
   read_model(table, v);

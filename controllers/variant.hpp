@@ -1,5 +1,6 @@
 #pragma once
 
+#include "controllers/estimators/tuning.hpp"
 #include "controllers/integral_offset.hpp"
 #include "controllers/motor_laws.hpp"
 #include "core/actuator/parameters.hpp"
@@ -12,6 +13,11 @@ namespace solenoid {
 
 class TableReader;
 
+/// Which parts of the estimate enter the prediction model beside the state.
+struct UseEstimate {
+  bool payload = false, disturbance = false;
+};
+
 /// A controller as data: one [variant.NAME] table. The defaults are the thesis's DMPC without integral action.
 struct VariantConfig {
   std::string name;
@@ -20,6 +26,9 @@ struct VariantConfig {
   std::string model = "consistent";  ///< a parameter set's name, or a file of parameters
   ActuatorParameters believed;       ///< `model`, read
   std::string estimator = "thesis";
+  EstimatorTuning estimation;  ///< of the estimator's name, with what the variant overrides
+  UseEstimate use_estimate;    ///< in the valves' prediction; the state always is
+  int latency_ticks = 0;       ///< from sampling to a plan's taking effect
   std::string solver = "exhaustive";
   int steps = 100;                 ///< N_p, model steps of 1 ms
   std::vector<int> blocks = {20};  ///< 5 ms periods each; empty: one block of all steps
@@ -36,6 +45,7 @@ struct VariantConfig {
 /// Values a variant's keys may take, for checks and help.
 struct VariantChoices {
   static const std::vector<std::string>& estimators();
+  static const std::vector<std::string>& estimate_uses();
   static const std::vector<std::string>& solvers();
   static const std::vector<std::string>& motors();
 };

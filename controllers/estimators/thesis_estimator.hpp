@@ -1,7 +1,7 @@
 #pragma once
 
 #include "controllers/timing.hpp"
-#include "core/rt/io.hpp"
+#include "core/rt/controller.hpp"
 #include "core/signal/filters.hpp"
 
 namespace solenoid {
@@ -10,7 +10,7 @@ namespace solenoid {
 /// difference, pressures as measured. Its lag of about 4.5 ms is part of the thesis's results (model.md, E13).
 class ThesisEstimator {
  public:
-  ActuatorState update(const Sensors& sensors) {
+  ActuatorState update(const Sensors& sensors) noexcept {
     if (!started_) {
       filter_.reset(sensors.position_m);
       difference_.reset(sensors.position_m);
@@ -19,6 +19,9 @@ class ThesisEstimator {
     const double y = filter_.step(sensors.position_m);
     return {y, difference_.step(y), sensors.pressure_a_pa, sensors.pressure_b_pa};
   }
+  /// It has no model that inputs could move.
+  void applied(const SwitchedOf<PneumaticActuator>&, double) noexcept {}
+  EstimateDetail detail() const noexcept { return {}; }
 
  private:
   Butterworth2 filter_{50.0, 1.0 / tick_s};

@@ -24,15 +24,30 @@ PneumaticActuator::PneumaticActuator(const ActuatorParameters& p)
       position_min_(p.position_min_m()),
       position_max_(p.position_max_m()),
       block_weight_(p.plane == Plane::vertical ? p.block_mass_kg * p.gravity : 0.0),
-      gravity_amplitude_(p.plane == Plane::vertical ? p.gravity_torque_nm() / p.gear_radius_m() : 0.0),
       angle_per_m_(1.0 / p.gear_radius_m()),
-      inverse_mass_(1.0 / p.equivalent_mass_kg()),
-      static_(p.static_friction_n),
-      coulomb_(p.coulomb_friction_n),
-      viscous_(p.viscous_friction),
       motor_limit_(p.motor_force_limit_n()),
       critical_ratio_(p.critical_pressure_ratio),
-      choked_per_supply_(p.choked_flow / p.supply_pressure_pa) {}
+      choked_per_supply_(p.choked_flow / p.supply_pressure_pa) {
+  const bool vertical = p.plane == Plane::vertical;
+  const double radius = p.gear_radius_m();
+  own_ = {1.0 / p.equivalent_mass_kg(),
+          vertical ? p.gravity_torque_nm() / radius : 0.0,
+          0.0,
+          p.static_friction_n,
+          p.coulomb_friction_n,
+          p.viscous_friction};
+  mass_per_payload_ = p.arm_length_m * p.arm_length_m / (radius * radius);
+  mass_without_payload_ = p.equivalent_mass_kg() - p.payload_mass_kg * mass_per_payload_;
+  gravity_per_payload_ = vertical ? p.arm_length_m * p.gravity / radius : 0.0;
+  gravity_without_payload_ = own_.gravity_amplitude - p.payload_mass_kg * gravity_per_payload_;
+}
+
+void PneumaticActuator::set_load(double payload_kg, double external_force_n) noexcept {
+  parameters_.payload_mass_kg = payload_kg;
+  own_.inverse_mass = 1.0 / (mass_without_payload_ + mass_per_payload_ * payload_kg);
+  own_.gravity_amplitude = gravity_without_payload_ + gravity_per_payload_ * payload_kg;
+  own_.external_force = external_force_n;
+}
 
 Vector<double, 4> PneumaticActuator::nearest_valid(const Vector<double, 4>& x) const {
   return {std::clamp(x[position], position_min_, position_max_), x[velocity],

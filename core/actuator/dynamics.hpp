@@ -64,8 +64,29 @@ class PneumaticActuator {
   /// Gravity on the slide [N], (4.8).
   template <class S>
   S gravity_force(const S& y) const {
-    return S(block_weight_) - S(gravity_amplitude_) * sine_of_arm_angle(y);
+    return S(block_weight_) - S(own_.gravity_amplitude) * sine_of_arm_angle(y);
   }
+
+  /// What changes from one run to the next and an estimator may carry as states of any scalar.
+  template <class C>
+  struct Conditions {
+    C inverse_mass;       ///< [1/kg]
+    C gravity_amplitude;  ///< of arm and payload [N]
+    C external_force;     ///< on the slide, towards +y [N]
+    C stiction, coulomb, viscous;
+  };
+  /// With this payload [kg] in place of the parameters' own, an external force [N] and friction times a factor.
+  template <class S>
+  Conditions<S> conditions(const S& payload_kg, const S& external_force_n, const S& friction) const {
+    return {S(S(1.0) / S(S(mass_without_payload_) + S(mass_per_payload_) * payload_kg)),
+            S(S(gravity_without_payload_) + S(gravity_per_payload_) * payload_kg),
+            external_force_n,
+            S(S(own_.stiction) * friction),
+            S(S(own_.coulomb) * friction),
+            S(S(own_.viscous) * friction)};
+  }
+  /// Makes such conditions, friction unchanged, the model's own: what a controller does with an estimate each period.
+  void set_load(double payload_kg, double external_force_n) noexcept;
 
   /// Pressure force of the cylinder [N], (4.3) with E9.
   template <class S>
@@ -85,7 +106,7 @@ class PneumaticActuator {
   /// Friction of a slide moving in `direction` (+1 or -1) [N], second line of (4.14).
   template <class S>
   S sliding_friction(const S& v, const S& direction) const {
-    return S(coulomb_) * direction + S(viscous_) * v;
+    return S(own_.coulomb) * direction + S(own_.viscous) * v;
   }
 
   /// Lengths of the air columns [m]; times the piston areas, the volumes (4.19), (4.20).
@@ -108,17 +129,28 @@ class PneumaticActuator {
   /// Velocity after dt under the applied force (everything but friction), (4.2) with the friction law (4.14).
   template <class S>
   S velocity_after(const S& v, const S& applied, double dt) const {
+    return velocity_after<S>(v, applied, dt, own_);
+  }
+  template <class S, class C>
+  S velocity_after(const S& v, const S& applied, double dt, const Conditions<C>& c) const {
     using std::abs;
     const auto at_rest = v == S(0.0);
-    const S coulomb = select(select(at_rest, applied, v) < S(0.0), S(-coulomb_), S(coulomb_));
-    const S next = v + S(dt * inverse_mass_) * (applied - (coulomb + S(viscous_) * v));
+    const S coulomb = select(select(at_rest, applied, v) < S(0.0), S(-c.coulomb), S(c.coulomb));
+    const S next = v + S(dt * c.inverse_mass) * (applied - (coulomb + S(c.viscous) * v));
     const auto reverses = S(v * next) < S(0.0);
-    const auto sticks = at_rest & (S(abs(applied)) <= S(static_));
+    const auto sticks = at_rest & (S(abs(applied)) <= S(c.stiction));
     return select(reverses | sticks, S(0.0), next);
   }
 
   template <class S>
   Vector<S, 4> step(const Vector<S, 4>& x, const Vector<S, 4>& opening, const Vector<S, 1>& motor, double dt) const {
+    return step_under<S>(x, opening, motor, dt, own_);
+  }
+
+  /// step() under other conditions than the model's own.
+  template <class S, class C>
+  Vector<S, 4> step_under(const Vector<S, 4>& x, const Vector<S, 4>& opening, const Vector<S, 1>& motor, double dt,
+                          const Conditions<C>& c) const {
     const auto& [y, v, pa, pb] = x;
     const S heat_a = scaled_fill_flow<S>(S(heating_a_) * opening[fill_a], pa) +
                      scaled_exhaust_flow<S>(S(heating_a_) * opening[exhaust_a], pa);
@@ -130,8 +162,9 @@ class PneumaticActuator {
     const S pa_next = pa + (heat_a - pa * kv) * (length_b * per_lengths);
     const S pb_next = pb + (heat_b + pb * kv) * (length_a * per_lengths);
 
-    const S applied = cylinder_force<S>(pa, pb) + gravity_force<S>(y) + saturated_motor_force<S>(motor[0]);
-    const S v_free = velocity_after<S>(v, applied, dt);
+    const S gravity = S(block_weight_) - S(c.gravity_amplitude) * sine_of_arm_angle<S>(y);
+    const S applied = cylinder_force<S>(pa, pb) + gravity + saturated_motor_force<S>(motor[0]) + S(c.external_force);
+    const S v_free = velocity_after<S>(v, applied, dt, c);
     using std::max, std::min;
     const S y_free = y + S(dt) * v;
     // By select and not by min and max: a position that is no number must stay none.
@@ -172,7 +205,8 @@ class PneumaticActuator {
     const S y_low = inside_stops(low[position] + S(dt) * low[velocity]);
     const S y_high = inside_stops(high[position] + S(dt) * high[velocity]);
     const S middle = S(0.5) * (low[position] + high[position]), half = S(0.5) * (high[position] - low[position]);
-    const S gravity = gravity_force<S>(middle), slack = S(gravity_amplitude_ * angle_per_m_) * half;
+    const S gravity = gravity_force<S>(middle) + S(own_.external_force);
+    const S slack = S(own_.gravity_amplitude * angle_per_m_) * half;
     const S applied_low = cylinder_force<S>(low[pressure_a], high[pressure_b]) + gravity - slack + motor_low;
     const S applied_high = cylinder_force<S>(high[pressure_a], low[pressure_b]) + gravity + slack + motor_high;
     const S v_low = velocity_after<S>(low[velocity], applied_low, dt);
@@ -257,9 +291,10 @@ class PneumaticActuator {
   ActuatorParameters parameters_;
   double area_a_, area_b_, atmosphere_, atmosphere_force_, supply_, choked_flow_, fill_coefficient_,
       discharge_coefficient_, fill_choked_below_, exhaust_choked_above_, ratio_, heating_a_, heating_b_, dead_length_a_,
-      dead_length_b_, position_min_, position_max_, block_weight_, gravity_amplitude_, angle_per_m_, inverse_mass_,
-      static_, coulomb_, viscous_, motor_limit_;
+      dead_length_b_, position_min_, position_max_, block_weight_, angle_per_m_, motor_limit_;
   double critical_ratio_, choked_per_supply_;  // of the fill flow at another supply pressure
+  double mass_without_payload_, mass_per_payload_, gravity_without_payload_, gravity_per_payload_;
+  Conditions<double> own_;
 };
 
 using ActuatorState = StateOf<PneumaticActuator>;

@@ -12,14 +12,19 @@ ModelPlant::ModelPlant(const ActuatorParameters& parameters, const std::string& 
       modes_(valve_modes(valves, parameters)),
       timing_(modes_, tick_s),
       sensing_(sensing),
+      chain_({}, tick_s, sensing.seed),
       random_(sensing.seed),
-      state_{start_m, 0.0, parameters.atmospheric_pressure_pa, parameters.atmospheric_pressure_pa} {}
+      state_{start_m, 0.0, parameters.atmospheric_pressure_pa, parameters.atmospheric_pressure_pa} {
+  chain_.reset(state_);
+}
 
 Sensors ModelPlant::read(double time_s) noexcept {
   const auto due = static_cast<std::int64_t>(std::llround(time_s / tick_s));
   while (steps_done_ < due) advance_one_step();
   Sensors s{time_s, state_[position], state_[pressure_a], state_[pressure_b], state_, sensing_.ideal};
-  if (sensing_.noise) {
+  if (sensing_.chain) {
+    chain_.read(s);
+  } else if (sensing_.noise) {
     s.position_m += sensing_.sigma.position_sigma_m * normal_(random_);
     s.pressure_a_pa += sensing_.sigma.pressure_sigma_pa * normal_(random_);
     s.pressure_b_pa += sensing_.sigma.pressure_sigma_pa * normal_(random_);
@@ -38,6 +43,7 @@ void ModelPlant::advance_one_step() noexcept {
   std::copy(point.begin(), point.end(), opening.begin());
   air_kg_ += model_.consumption<double>(state_, opening) * tick_s;
   state_ = model_.step<double>(state_, opening, {motor_force_n_}, tick_s);
+  if (sensing_.chain) chain_.advance(state_);
   lines_.advance(1);
   ++steps_done_;
 }

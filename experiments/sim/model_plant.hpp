@@ -2,6 +2,7 @@
 
 #include "core/actuator/dynamics.hpp"
 #include "core/actuator/valves.hpp"
+#include "experiments/sim/model_sensing.hpp"
 #include "experiments/sim/simulated_plant.hpp"
 
 #include <random>
@@ -21,6 +22,7 @@ class ModelPlant final : public SimulatedPlant {
   struct Sensing {
     bool ideal = true;  ///< controllers may read the true state
     bool noise = false;
+    bool chain = false;  ///< the rig's whole sensing chain in place of `noise` and `sigma`
     SensorNoise sigma{};
     std::uint64_t seed = 1;
   };
@@ -29,6 +31,9 @@ class ModelPlant final : public SimulatedPlant {
 
   Sensors read(double time_s) noexcept override;
   void write(const Command& command) noexcept override;
+
+  /// An external force [N] on the slide from now on: what a test draws at random.
+  void disturb(double force_n) noexcept { model_.set_load(model_.parameters().payload_mass_kg, force_n); }
 
   const ActuatorState& state() const { return state_; }
   double air_used_kg() const override { return air_kg_; }
@@ -40,6 +45,7 @@ class ModelPlant final : public SimulatedPlant {
   ModeSet modes_;
   SwitchTiming timing_;
   Sensing sensing_;
+  ModelSensing chain_;
   std::mt19937_64 random_;
   std::normal_distribution<double> normal_;
   ActuatorState state_;

@@ -29,7 +29,9 @@ ScenarioConfig read_scenario(TableReader& table) {
     s.mismatch = read_mismatch(mismatch);
   }
   s.noise = table.boolean_or("noise", false);
-  s.ideal_sensing = table.text_or("sensing", s.noise ? "measured" : "ideal", {"ideal", "measured"}) == "ideal";
+  const std::string sensing = table.text_or("sensing", s.noise ? "measured" : "ideal", {"ideal", "measured", "chain"});
+  s.ideal_sensing = sensing == "ideal";
+  s.sensing_chain = sensing == "chain";
   if (s.noise && s.ideal_sensing) table.fail("sensing", "'ideal' has no noise (allowed: measured, or noise = false)");
 
   const ActuatorParameters unloaded;
@@ -56,8 +58,9 @@ std::unique_ptr<SimulatedPlant> make_plant(const VariantConfig& variant, const S
   ActuatorParameters parameters = scenario.mismatch.applied_to(variant.believed);
   parameters.payload_mass_kg = scenario.payload_kg;
   parameters.plane = scenario.plane;
-  return std::make_unique<ModelPlant>(parameters, variant.valves, start_m,
-                                      ModelPlant::Sensing{scenario.ideal_sensing, scenario.noise, {}, seed});
+  return std::make_unique<ModelPlant>(
+      parameters, variant.valves, start_m,
+      ModelPlant::Sensing{scenario.ideal_sensing, scenario.noise, scenario.sensing_chain, {}, seed});
 }
 
 RunResult simulate(const VariantConfig& variant, const ScenarioConfig& scenario, std::uint64_t seed) {

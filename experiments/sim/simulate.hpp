@@ -25,7 +25,8 @@ struct ScenarioConfig {
   TwinParameters twin = nominal_twin();  ///< the plant's parameters if plant is twin
   Mismatch mismatch;
   bool noise = false;
-  bool ideal_sensing = true;  ///< controllers read the true state
+  bool ideal_sensing = true;   ///< controllers read the true state
+  bool sensing_chain = false;  ///< raw potentiometer, spikes, Bessel filter and converters between plant and controller
   double duration_s = 8.0;
 };
 

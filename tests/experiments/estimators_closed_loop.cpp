@@ -1,0 +1,127 @@
+#include "controllers/timing.hpp"
+#include "core/config/reader.hpp"
+#include "experiments/sim/simulate.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace solenoid {
+namespace {
+
+VariantConfig shipped(const std::string& name, const std::string& change = "") {
+  TableReader file = TableReader::from_file(SOLENOID_SOURCE_DIR "/experiments/scenarios/variants.toml");
+  TableReader variants = file.table("variant");
+  TableReader table = variants.table(name);
+  VariantConfig v = read_variant(table, name);
+  if (change.empty()) return v;
+  TableReader changed = TableReader::from_text(change, "change");
+  return read_variant(changed, name);
+}
+
+ScenarioConfig sine(double payload_kg, double friction = 1.0, double flow = 1.0) {
+  ScenarioConfig s;
+  s.trajectory = thesis_sine(ActuatorParameters().equilibrium_position_m());
+  s.ideal_sensing = false;
+  s.sensing_chain = true;
+  s.payload_kg = payload_kg;
+  s.mismatch.friction = friction;
+  s.mismatch.flow = flow;
+  return s;
+}
+
+struct Errors {
+  double position_mm = 0, pressure_kpa = 0, payload_kg = 0;
+};
+
+Errors errors(const RunResult& run, double payload_kg) {
+  Errors e;
+  const auto n = static_cast<double>(run.ticks.size());
+  for (const TickRecord& t : run.ticks) {
+    const ActuatorState& x = t.decision.estimate;
+    const ActuatorState& truth = t.sensors.truth;
+    e.position_mm += 1e6 * std::pow(x[position] - truth[position], 2) / n;
+    e.pressure_kpa +=
+        0.5e-6 * (std::pow(x[pressure_a] - truth[pressure_a], 2) + std::pow(x[pressure_b] - truth[pressure_b], 2)) / n;
+    if (t.sensors.time_s >= 2.0)  // the motion begins at once: a second of it, and one to spare
+      e.payload_kg = std::max(e.payload_kg, std::abs(t.decision.detail.payload_kg - payload_kg));
+  }
+  e.position_mm = std::sqrt(e.position_mm);
+  e.pressure_kpa = std::sqrt(e.pressure_kpa);
+  return e;
+}
+
+class HiddenMismatch : public testing::TestWithParam<std::tuple<std::string, double, double, double>> {};
+
+TEST_P(HiddenMismatch, PositionPayloadAndPressuresAreSeenThroughTheSensingChain) {
+  const auto& [estimator, friction, flow, payload_kg] = GetParam();
+  const VariantConfig v = shipped("thesis_pd",
+                                  "motor = 'pd'\nintegral = { gain = 0.005 }\nuse_estimate = 'payload'\n"
+                                  "estimator = '" +
+                                      estimator + "'");
+  const Errors e = errors(simulate(v, sine(payload_kg, friction, flow), 1), payload_kg);
+  std::printf("%s friction %.1f flow %.2f payload %.2f: %.4f mm, %.2f kPa, payload within %.3f kg\n", estimator.c_str(),
+              friction, flow, payload_kg, e.position_mm, e.pressure_kpa, e.payload_kg);
+  EXPECT_LT(e.position_mm, 0.02);
+  EXPECT_LT(e.pressure_kpa, 2.0);
+  EXPECT_LT(e.payload_kg, std::max(0.02, 0.1 * payload_kg));
+}
+
+INSTANTIATE_TEST_SUITE_P(Sine, HiddenMismatch,
+                         testing::Combine(testing::Values("payload_ekf", "mhe"), testing::Values(0.7, 1.0, 2.0),
+                                          testing::Values(0.8, 1.15), testing::Values(0.0, 0.15, 0.3)));
+
+TEST(EkfWithoutPayload, SeesPositionThroughAHiddenPayloadAsAForce) {
+  const VariantConfig v = shipped("thesis_pd", "motor = 'pd'\nintegral = { gain = 0.005 }\nestimator = 'ekf'");
+  for (const double payload_kg : {0.0, 0.15})
+    EXPECT_LT(errors(simulate(v, sine(payload_kg, 2.0, 0.8), 1), 0.0).position_mm, 0.02);
+}
+
+TEST(ThesisWithTheBestEstimator, TracksBetterAndTheEstimatedPayloadHalvesItsError) {
+  for (const double payload_kg : {0.0, 0.15}) {
+    const double thesis = simulate(shipped("thesis_pd"), sine(payload_kg), 1).metrics.rmse_mm;
+    const double state = simulate(shipped("thesis_pd_ekf"), sine(payload_kg), 1).metrics.rmse_mm;
+    const double load = simulate(shipped("thesis_pd_payload"), sine(payload_kg), 1).metrics.rmse_mm;
+    std::printf("payload %.2f kg: thesis_pd %.3f, thesis_pd_ekf %.3f, thesis_pd_payload %.3f mm\n", payload_kg, thesis,
+                state, load);
+    EXPECT_LT(state, thesis);
+    EXPECT_LT(load, 0.5 * thesis);
+  }
+}
+
+TEST(IdealSensing, BypassesEveryEstimator) {
+  ScenarioConfig s = sine(0.0);
+  s.ideal_sensing = true;
+  s.sensing_chain = false;
+  s.duration_s = 1.0;
+  const RunResult a = simulate(shipped("thesis_pd"), s, 1), b = simulate(shipped("thesis_pd_ekf"), s, 1);
+  for (std::size_t k = 0; k < a.ticks.size(); ++k) ASSERT_EQ(a.ticks[k].sensors.truth, b.ticks[k].sensors.truth) << k;
+}
+
+TEST(Latency, ForecastMakesUpForAPlanThatTakesAPeriod) {
+  const std::string base = "motor = 'pd'\nintegral = { gain = 0.005 }\nestimator = 'payload_ekf'\nlatency_ticks = ";
+  const double at_once = simulate(shipped("thesis_pd", base + "0"), sine(0.0), 1).metrics.rmse_mm;
+  const double late = simulate(shipped("thesis_pd", base + "5"), sine(0.0), 1).metrics.rmse_mm;
+  EXPECT_NE(at_once, late);
+  EXPECT_LT(late, 2.0 * at_once);
+}
+
+TEST(EstimatorConfiguration, IsRefusedWithTheKeyAndWhatIsAllowed) {
+  const auto message = [](const std::string& text) {
+    try {
+      shipped("thesis_pd", text);
+    } catch (const ConfigError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(message("estimator = 'luenberger'").find("payload_ekf"), std::string::npos);
+  EXPECT_NE(message("use_estimate = 'payload'").find("use_estimate"), std::string::npos);
+  EXPECT_NE(message("estimator = 'mhe'\nestimation = { window_ticks = 500 }").find("window_ticks"), std::string::npos);
+  EXPECT_NE(message("estimator = 'ekf'\nestimation = { position_sigma_m = 0.0 }").find("position_sigma_m"),
+            std::string::npos);
+  EXPECT_NE(message("latency_ticks = 9").find("latency_ticks"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace solenoid
