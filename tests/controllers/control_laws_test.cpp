@@ -63,7 +63,10 @@ TEST(MpcController, CommandsEveryPeriodKeepsThroughFailuresAndShiftsTheReference
                                                Trajectory(0.06),
                                                {.gain = 0.005},
                                                NoMotor{},
-                                               std::nullopt});
+                                               std::nullopt,
+                                               Estimator("thesis", PneumaticActuator{}, {}),
+                                               {},
+                                               0});
   const SwitchPattern expected[] = {1, 2, 2, 1, 2, 2};  // the third and sixth plans are not to be applied
   Sensors sensors;
   sensors.ideal = true;
