@@ -35,14 +35,16 @@ struct Ray {
 /// and the factorisation; a call to it is work on the whole system, resolved at compile time:
 ///
 ///     int primal_size(), dual_size(), row_size()                   padded to whole vectors
-///     void bounds(Rows&)                                           lower, upper, masks, fixed
+///     bool bounds(Rows&)                                           false: a lower bound above its upper
 ///     void start(double* w, double* y)                             a cold start
 ///     void row_values(const double* w, double* v)                  v = C w
 ///     Residual residual(w, y, zeta, r_d, r_p)
 ///     bool factor(const double* weight)                            false: not quasi-definite
 ///     void solve(r_d, r_p, h, dw, dy, nu, int refinements)         nu = D C dw + h; null where not needed
-///     void pin(double* w, const double* target, const signed char* side)   active boxes onto their bounds
-///     Ray primal_ray(y, zeta), dual_ray(w)
+///     least_refinements                                            of a solve that must be exact
+///     double row_violation(const Rows&, double seen)               largest row residual in the problem's own units
+///     void pin(double* w, const double* target, const double* weight)      held boxes onto their bounds
+///     Ray primal_ray(y, zeta, rows), dual_ray(w, rows)
 template <class Kkt>
 class InteriorPoint {
  public:

@@ -53,7 +53,7 @@ void InteriorPoint<Kkt>::start_cold(Kkt& kkt) noexcept {
   kkt.row_values(w, rows.v);
   // The multipliers' size is that of the gradient they have to balance.
   const Residual at = kkt.residual(w, y, rows.zeta, r_d_, r_p_);
-  enter_interior(std::max(1e-4, 0.1 * at.dual));
+  enter_interior(std::max(1e-4, 0.01 * at.dual));
 }
 
 template <class Kkt>
@@ -97,12 +97,12 @@ void InteriorPoint<Kkt>::evaluate(Kkt& kkt) noexcept {
   at_ = kkt.residual(w, y, rows.zeta, r_d_, r_p_);
   info_.objective = at_.objective;
   info_.stationarity = at_.dual;
-  info_.feasibility = std::max(at_.primal, row_at_.residual);
+  info_.feasibility = std::max(at_.primal, kkt.row_violation(rows, row_at_.residual));
   info_.complementarity = row_at_.largest;
   // An exact step would have left exactly (1 - step) of the residuals; more means the linear solves lack digits.
-  const double floor = 0.1 * settings_.tolerance;
+  const double floor = settings_.tolerance;
   const bool short_of_digits = at_.dual > 2.0 * expected_dual_ + floor || at_.primal > 2.0 * expected_primal_ + floor;
-  refinements_ = short_of_digits ? settings_.refinement_steps : refinements_;
+  if (short_of_digits) refinements_ = std::min(refinements_ + 1, settings_.refinement_steps);
 }
 
 template <class Kkt>
@@ -154,7 +154,7 @@ void InteriorPoint<Kkt>::correct(Kkt& kkt, double target) noexcept {
   kkt.solve(r_d_, r_p_, rows.shift, dw_, dy_, rows.nu, refinements_);
   kkt.row_values(dw_, rows.dv);
   const RowStep step = kernel_->step(rows, target);
-  const double fraction = std::max(0.9, 1.0 - 10.0 * mean(row_at_.product));
+  const double fraction = std::max(0.99, 1.0 - 10.0 * mean(row_at_.product));
   const double p = step_length(step.primal_ratio, std::min(fraction, 0.9995)), d = step_length(step.dual_ratio, std::min(fraction, 0.9995));
   const double both = std::min(p, d);
   advance(both, both);
@@ -200,10 +200,11 @@ bool InteriorPoint<Kkt>::finish_on_active_set(Kkt& kkt, int steps) noexcept {
     ++info_.active_set_steps;
     if (!solve_on_active_set(kkt)) return false;
     if (revise_active_set() > 0) continue;
-    if (at_.dual > settings_.tolerance || at_.primal > settings_.tolerance) return false;
+    if (at_.dual > settings_.tolerance || info_.feasibility > settings_.tolerance) return false;
     std::swap(w, as_w_), std::swap(y, as_y_), std::swap(rows.zeta, as_zeta_), std::swap(rows.v, as_v_);
     info_.objective = at_.objective;
     info_.stationarity = at_.dual;
+    info_.complementarity = 0.0;
     info_.status = Status::optimal;
     return true;
   }
@@ -226,7 +227,7 @@ bool InteriorPoint<Kkt>::solve_on_active_set(Kkt& kkt) noexcept {
     as_shift_[i] = as_weight_[i] > 0.0 ? as_weight_[i] * (as_v_[i] - as_target_[i]) : 0.0;
   at_ = kkt.residual(as_w_, as_y_, as_zeta_, as_rd_, as_rp_);
   if (!factor(kkt, as_weight_)) return false;
-  kkt.solve(as_rd_, as_rp_, as_shift_, dw_, dy_, as_zeta_, refinements_);
+  kkt.solve(as_rd_, as_rp_, as_shift_, dw_, dy_, as_zeta_, std::max(refinements_, Kkt::least_refinements));
   kernel_->axpy(primal_, 1.0, dw_, as_w_);
   kernel_->axpy(dual_, 1.0, dy_, as_y_);
   kkt.row_values(as_w_, as_v_);
@@ -243,7 +244,8 @@ int InteriorPoint<Kkt>::revise_active_set() noexcept {
   for (int i = 0; i < rows.size; ++i) {
     auto& side = side_[static_cast<std::size_t>(i)];
     if (side != 0) {
-      if (as_zeta_[i] * side < -0.0) side = 0, ++changed;
+      info_.feasibility = std::max(info_.feasibility, std::abs(as_v_[i] - as_target_[i]));
+      if (as_zeta_[i] * side < 0.0) side = 0, ++changed;
     } else if (rows.mask_l[i] > 0.0 && as_v_[i] < rows.lower[i] - slack) {
       side = -1, ++changed;
     } else if (rows.mask_u[i] > 0.0 && as_v_[i] > rows.upper[i] + slack) {

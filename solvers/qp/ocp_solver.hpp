@@ -4,9 +4,6 @@
 
 namespace solenoid::qp {
 
-/// Whether `solution` comes in as a guess (its active bounds count most) or is only written.
-enum class Start : std::uint8_t { cold, warm };
-
 /// Interior point on the Riccati recursion for one horizon.
 ///
 /// promise   setup allocates; solve does not, throws nothing, and always leaves a status saying what `solution` holds

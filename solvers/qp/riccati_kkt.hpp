@@ -37,6 +37,8 @@ class RiccatiKkt {
     weight_ = weight;
     return kernel_->factor(pack_, riccati_, weight, states_at_, state_bounds_, shift_);
   }
+  static constexpr int least_refinements = 0;
+  static double row_violation(const Rows&, double seen) { return seen; }
   void solve(const double* r_d, const double* r_p, const double* h, double* dw, double* dy, double* nu,
              int refinements) noexcept;
   void pin(double* w, const double* target, const double* weight) const noexcept {

@@ -39,6 +39,9 @@ constexpr std::string_view to_string(Status status) {
 /// Which instruction set the kernels use. `best` asks the processor; a wish it cannot fulfil falls back to baseline.
 enum class Isa : std::uint8_t { best, baseline, avx2, avx512 };
 
+/// Whether `solution` comes in as a guess (its active bounds count most) or is only written.
+enum class Start : std::uint8_t { cold, warm };
+
 /// All tolerances are absolute, in the units of the problem; scaling inside the solver does not change their meaning.
 struct Settings {
   int max_iterations = 100;         ///< factorisations, interior-point and active-set steps alike
