@@ -40,7 +40,10 @@ struct Ray {
 ///     void row_values(const double* w, double* v)                  v = C w
 ///     Residual residual(w, y, zeta, r_d, r_p)
 ///     bool factor(const double* weight)                            false: not quasi-definite
+///     void stiffen()                                               greater shifts, until the next load
+///     bool can_hold(const signed char* side)                       whether these rows may be held as equalities
 ///     void solve(r_d, r_p, h, dw, dy, nu, int refinements)         nu = D C dw + h; null where not needed
+///     balanced_start                                               start() meets equalities and adjoints already
 ///     least_refinements                                            of a solve that must be exact
 ///     double row_violation(const Rows&, double seen)               largest row residual in the problem's own units
 ///     void pin(double* w, const double* target, const double* weight)      held boxes onto their bounds
@@ -59,8 +62,9 @@ class InteriorPoint {
  private:
   enum class Verdict : std::uint8_t { go_on, stop };
 
-  void start_cold(Kkt& kkt) noexcept;
-  void start_warm(Kkt& kkt) noexcept;
+  Verdict start(Kkt& kkt, bool warm, Deadline deadline) noexcept;
+  void start_inside(Kkt& kkt, bool warm) noexcept;
+  void balance(Kkt& kkt) noexcept;
   void enter_interior(double product) noexcept;
   void evaluate(Kkt& kkt) noexcept;
   Verdict judge(Kkt& kkt, Deadline deadline) noexcept;
@@ -71,7 +75,7 @@ class InteriorPoint {
   void correct(Kkt& kkt, double target) noexcept;
   void advance(double primal, double dual) noexcept;
   bool settled() noexcept;
-  bool finish_on_active_set(Kkt& kkt, int steps) noexcept;
+  bool finish_on_active_set(Kkt& kkt, int steps, Deadline deadline) noexcept;
   bool solve_on_active_set(Kkt& kkt) noexcept;
   int revise_active_set() noexcept;
   Verdict end(Status status) noexcept;

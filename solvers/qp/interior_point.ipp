@@ -27,45 +27,65 @@ Info InteriorPoint<Kkt>::solve(Kkt& kkt, bool warm, Deadline deadline) noexcept 
   info_ = Info{};
   if (!kkt.bounds(rows)) {
     info_.status = Status::primal_infeasible;
+    std::fill_n(y, dual_, 0.0);
+    std::fill_n(rows.zeta, rows.size, 0.0);
     return info_;
   }
-  if (warm) {
-    start_warm(kkt);
-    if (finish_on_active_set(kkt, 2 * settings_.active_set_steps)) return info_;
-  } else {
-    start_cold(kkt);
-  }
+  if (start(kkt, warm, deadline) == Verdict::stop) return info_;
   while (true) {
     evaluate(kkt);
     if (judge(kkt, deadline) == Verdict::stop || !factor(kkt, rows.weight)) return info_;
     const double target = predict(kkt);
     const bool finish = settled();
     correct(kkt, target);
-    if (finish && finish_on_active_set(kkt, settings_.active_set_steps)) return info_;
+    if (finish && finish_on_active_set(kkt, settings_.active_set_steps, deadline)) return info_;
   }
 }
 
+/// An active set to try first: the last solution's (warm) or none at all (cold), which is often right; failing that, a
+/// point inside.
 template <class Kkt>
-void InteriorPoint<Kkt>::start_cold(Kkt& kkt) noexcept {
+auto InteriorPoint<Kkt>::start(Kkt& kkt, bool warm, Deadline deadline) noexcept -> Verdict {
   std::fill_n(rows.z_f, rows.size, 0.0);
-  std::fill_n(rows.zeta, rows.size, 0.0);
-  kkt.start(w, y);
-  kkt.row_values(w, rows.v);
-  // The multipliers' size is that of the gradient they have to balance.
-  const Residual at = kkt.residual(w, y, rows.zeta, r_d_, r_p_);
-  enter_interior(std::max(1e-4, 0.01 * at.dual));
-}
-
-template <class Kkt>
-void InteriorPoint<Kkt>::start_warm(Kkt& kkt) noexcept {
-  std::fill_n(rows.z_f, rows.size, 0.0);
+  expected_dual_ = expected_primal_ = HUGE_VAL;
+  refinements_ = 0;
+  guess_tried_ = false;
+  if (warm) kkt.row_values(w, rows.v);
   for (int i = 0; i < rows.size; ++i) {
-    const bool lower = rows.zeta[i] < -1e-10 && rows.mask_l[i] > 0.0, upper = rows.zeta[i] > 1e-10 && rows.mask_u[i] > 0.0;
-    guess_[static_cast<std::size_t>(i)] = static_cast<signed char>(upper - lower);
+    const bool lower = warm && rows.mask_l[i] > 0.0 && -rows.zeta[i] > rows.v[i] - rows.lower[i];
+    const bool upper = warm && rows.mask_u[i] > 0.0 && rows.zeta[i] > rows.upper[i] - rows.v[i];
+    guess_[static_cast<std::size_t>(i)] = side_[static_cast<std::size_t>(i)] = static_cast<signed char>(upper - lower);
   }
-  side_ = guess_;
+  if (!warm) kkt.start(w, y);
+  const int steps = settings_.active_set_steps == 0 ? 0 : warm ? 3 * settings_.active_set_steps : 1;
+  if (finish_on_active_set(kkt, steps, deadline)) return Verdict::stop;
+  start_inside(kkt, warm);
+  return Verdict::go_on;
+}
+
+template <class Kkt>
+void InteriorPoint<Kkt>::start_inside(Kkt& kkt, bool warm) noexcept {
+  if (!warm) std::fill_n(rows.zeta, rows.size, 0.0);
+  if (!warm && !Kkt::balanced_start) balance(kkt);
   kkt.row_values(w, rows.v);
-  enter_interior(1e-3);
+  const Residual at = kkt.residual(w, y, rows.zeta, r_d_, r_p_);
+  // The multipliers' size is that of the gradient they have to balance.
+  enter_interior(std::max(1e-4, 0.005 * at.dual));
+}
+
+/// Moves w little where it is bounded, freely elsewhere, onto the equalities, and finds multipliers to match: what
+/// simulation and adjoint do where there are stages.
+template <class Kkt>
+void InteriorPoint<Kkt>::balance(Kkt& kkt) noexcept {
+  for (int i = 0; i < rows.size; ++i) {
+    as_weight_[i] = i < primal_ && rows.mask_l[i] + rows.mask_u[i] > 0.0 ? 1e3 : rows.fixed[i];
+    as_shift_[i] = 0.0;
+  }
+  kkt.residual(w, y, rows.zeta, r_d_, r_p_);
+  if (!factor(kkt, as_weight_)) return;
+  kkt.solve(r_d_, r_p_, as_shift_, dw_, dy_, nullptr, 0);
+  kernel_->axpy(primal_, 1.0, dw_, w);
+  kernel_->axpy(dual_, 1.0, dy_, y);
 }
 
 /// Slacks and multipliers well inside their cones, with products near `product`; fixed rows carry neither.
@@ -86,9 +106,6 @@ void InteriorPoint<Kkt>::enter_interior(double product) noexcept {
     enter(rows.mask_l[i], rows.v[i] - rows.lower[i], width, -zeta, rows.t_l[i], rows.z_l[i]);
     enter(rows.mask_u[i], rows.upper[i] - rows.v[i], width, zeta, rows.t_u[i], rows.z_u[i]);
   }
-  expected_dual_ = expected_primal_ = HUGE_VAL;
-  refinements_ = 0;
-  guess_tried_ = false;
 }
 
 template <class Kkt>
@@ -101,7 +118,7 @@ void InteriorPoint<Kkt>::evaluate(Kkt& kkt) noexcept {
   info_.complementarity = row_at_.largest;
   // An exact step would have left exactly (1 - step) of the residuals; more means the linear solves lack digits.
   const double floor = settings_.tolerance;
-  const bool short_of_digits = at_.dual > 2.0 * expected_dual_ + floor || at_.primal > 2.0 * expected_primal_ + floor;
+  const bool short_of_digits = at_.dual > expected_dual_ + floor || at_.primal > expected_primal_ + floor;
   if (short_of_digits) refinements_ = std::min(refinements_ + 1, settings_.refinement_steps);
 }
 
@@ -128,12 +145,16 @@ auto InteriorPoint<Kkt>::end(Status status) noexcept -> Verdict {
   return Verdict::stop;
 }
 
+/// Rounding can cost a pivot its sign; a few stiffer shifts restore it where the problem is convex at all.
 template <class Kkt>
 bool InteriorPoint<Kkt>::factor(Kkt& kkt, const double* weight) noexcept {
   ++info_.iterations;
-  const bool positive = kkt.factor(weight);
-  if (!positive) info_.status = Status::numerical_failure;
-  return positive;
+  for (int attempt = 0; attempt < 4; ++attempt) {
+    if (kkt.factor(weight)) return true;
+    kkt.stiffen();
+  }
+  info_.status = Status::numerical_failure;
+  return false;
 }
 
 /// The affine step; returns Mehrotra's target for the products, sigma mu.
@@ -166,8 +187,9 @@ void InteriorPoint<Kkt>::advance(double primal, double dual) noexcept {
   kernel_->axpy(dual_, dual, dy_, y);
   kernel_->axpy(rows.size, primal, rows.dv, rows.v);
   kernel_->advance(rows, primal, dual);
-  expected_dual_ = (1.0 - dual) * at_.dual;
-  expected_primal_ = (1.0 - primal) * at_.primal;
+  // The shifts cost a little of every step; the next one makes up for it.
+  expected_dual_ = 2.0 * (1.0 - dual) * at_.dual + 1e-2 * at_.dual;
+  expected_primal_ = 2.0 * (1.0 - primal) * at_.primal + 1e-2 * at_.primal;
 }
 
 /// Reads the active set off the affine step, free of scaling: it takes an active slack to 0, its multiplier nowhere,
@@ -175,12 +197,14 @@ void InteriorPoint<Kkt>::advance(double primal, double dual) noexcept {
 template <class Kkt>
 bool InteriorPoint<Kkt>::settled() noexcept {
   if (settings_.active_set_steps == 0) return false;
+  constexpr double doubt = 0.2;
   bool same = true;
   for (int i = 0; i < rows.size; ++i) {
-    const bool lower = rows.mask_l[i] * (rows.r_l[i] + rows.dv[i]) * rows.inv_l[i] < -0.5;
-    const bool upper = rows.mask_u[i] * (rows.r_u[i] - rows.dv[i]) * rows.inv_u[i] < -0.5;
-    const auto side = static_cast<signed char>(upper - lower);
-    same = same && side == guess_[static_cast<std::size_t>(i)];
+    const double to_lower = -rows.mask_l[i] * (rows.r_l[i] + rows.dv[i]) * rows.inv_l[i];
+    const double to_upper = -rows.mask_u[i] * (rows.r_u[i] - rows.dv[i]) * rows.inv_u[i];
+    const double most = std::max(to_lower, to_upper);
+    const auto side = static_cast<signed char>(most < 0.5 ? 0 : to_upper > to_lower ? 1 : -1);
+    same = same && (most < doubt || most > 1.0 - doubt) && side == guess_[static_cast<std::size_t>(i)];
     guess_[static_cast<std::size_t>(i)] = side;
   }
   if (!same) guess_tried_ = false;
@@ -193,10 +217,11 @@ bool InteriorPoint<Kkt>::settled() noexcept {
 /// Primal-dual active-set steps (Hintermueller, Ito, Kunisch 2002) from the guess in side_. On success the iterate is
 /// the exact solution; otherwise the interior iterate is untouched.
 template <class Kkt>
-bool InteriorPoint<Kkt>::finish_on_active_set(Kkt& kkt, int steps) noexcept {
+bool InteriorPoint<Kkt>::finish_on_active_set(Kkt& kkt, int steps, Deadline deadline) noexcept {
   std::copy_n(w, primal_, as_w_);
   std::copy_n(y, dual_, as_y_);
   for (int step = 0; step < steps && info_.iterations < settings_.max_iterations; ++step) {
+    if (deadline.passed() || !kkt.can_hold(side_.data())) return false;
     ++info_.active_set_steps;
     if (!solve_on_active_set(kkt)) return false;
     if (revise_active_set() > 0) continue;
@@ -226,7 +251,8 @@ bool InteriorPoint<Kkt>::solve_on_active_set(Kkt& kkt) noexcept {
   for (int i = 0; i < rows.size; ++i)
     as_shift_[i] = as_weight_[i] > 0.0 ? as_weight_[i] * (as_v_[i] - as_target_[i]) : 0.0;
   at_ = kkt.residual(as_w_, as_y_, as_zeta_, as_rd_, as_rp_);
-  if (!factor(kkt, as_weight_)) return false;
+  ++info_.iterations;
+  if (!kkt.factor(as_weight_)) return false;
   kkt.solve(as_rd_, as_rp_, as_shift_, dw_, dy_, as_zeta_, std::max(refinements_, Kkt::least_refinements));
   kernel_->axpy(primal_, 1.0, dw_, as_w_);
   kernel_->axpy(dual_, 1.0, dy_, as_y_);
@@ -265,7 +291,11 @@ bool InteriorPoint<Kkt>::certified(Kkt& kkt) noexcept {
       const double* zeta = steps ? rows.nu : rows.zeta;
       if (!proves(kkt.primal_ray(dual, zeta, rows))) continue;
       std::copy_n(dual, dual_, y);
-      std::copy_n(zeta, rows.size, rows.zeta);
+      // Traces on bounds that do not exist are within the accepted error, and infinite in the certificate's value.
+      for (int i = 0; i < rows.size; ++i) {
+        const bool exists = rows.fixed[i] > 0.0 || (zeta[i] > 0.0 ? rows.mask_u[i] : rows.mask_l[i]) > 0.0;
+        rows.zeta[i] = exists ? zeta[i] : 0.0;
+      }
       info_.status = Status::primal_infeasible;
       return true;
     }

@@ -37,8 +37,18 @@ class RiccatiKkt {
     weight_ = weight;
     return kernel_->factor(pack_, riccati_, weight, states_at_, state_bounds_, shift_);
   }
+  static constexpr bool balanced_start = true;
   static constexpr int least_refinements = 0;
-  static double row_violation(const Rows&, double seen) { return seen; }
+  void stiffen() noexcept { shift_ *= 100.0; }
+  /// Inputs are eliminated exactly; a held state would be a constraint across stages, beyond the recursion.
+  bool can_hold(const signed char* side) const noexcept {
+    return std::all_of(side + states_at_, side + std::max(states_at_, row_size()), [](signed char s) { return s == 0; });
+  }
+  double row_violation(const Rows& rows, double seen) const noexcept {
+    for (int i = states_at_; i < row_size(); ++i)
+      if (rows.fixed[i] > 0.0) seen = std::max(seen, std::abs(rows.v[i] - rows.lower[i]));
+    return seen;
+  }
   void solve(const double* r_d, const double* r_p, const double* h, double* dw, double* dy, double* nu,
              int refinements) noexcept;
   void pin(double* w, const double* target, const double* weight) const noexcept {
@@ -60,7 +70,7 @@ class RiccatiKkt {
 
   int stages_ = 0, states_at_ = 0;
   bool state_bounds_ = false;
-  double shift_ = 0.0;
+  double shift_ = 0.0, first_shift_ = 0.0;
   const RiccatiKernels* kernel_ = nullptr;
   const RowKernels* row_kernel_ = nullptr;
   const Problem* problem_ = nullptr;

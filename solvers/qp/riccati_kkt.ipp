@@ -6,7 +6,7 @@ void RiccatiKkt<NX, NU>::setup(const Problem& problem, const Settings& settings)
   memory_.clear();
   stages_ = problem.horizon();
   state_bounds_ = problem.state_bounds;
-  shift_ = settings.primal_shift;
+  first_shift_ = settings.primal_shift;
   states_at_ = Workspace::padded(stages_ * NU);
   kernel_ = &riccati_kernels<NX, NU>(settings.isa);
   row_kernel_ = &row_kernels(settings.isa);
@@ -29,6 +29,7 @@ template <int NX, int NU>
 bool RiccatiKkt<NX, NU>::load(const Problem& problem) noexcept {
   if (problem.horizon() != stages_ || problem.state_bounds != state_bounds_) return false;
   problem_ = &problem;
+  shift_ = first_shift_;
   for (int i = 0; i < NX; ++i) pack_.x0[i] = problem.x0[i];
   bool finite = problem.x0.allFinite();
   for (int k = 0; k <= stages_; ++k) load_stage(problem, k);
@@ -75,7 +76,8 @@ bool RiccatiKkt<NX, NU>::bounds(Rows& rows) const noexcept {
     rows.mask_u[at] = has_upper && !fixed ? 1.0 : 0.0;
     rows.lower[at] = has_lower ? lower : 0.0;
     rows.upper[at] = has_upper ? upper : 0.0;
-    rows.fixed[at] = fixed ? 1e20 : 0.0;
+    // A fixed input is eliminated; a fixed state is held by its multiplier, step after step.
+    rows.fixed[at] = !fixed ? 0.0 : at < states_at_ ? 1e20 : 1e6;
   };
   for (int k = 0; k < stages_; ++k) {
     const auto& stage = problem_->stages[static_cast<std::size_t>(k)];

@@ -79,7 +79,7 @@ void SparseKkt::setup(const SparseQp& problem, const Settings& settings) {
   if (!shape(problem.p_matrix, n_, n_) || !shape(problem.a_matrix, p_, n_) || !shape(problem.g_matrix, m_, n_) ||
       problem.lower.size() != n_ || problem.upper.size() != n_ || problem.g_upper.size() != m_)
     throw std::invalid_argument("SparseKkt::setup: matrices and vectors of the problem differ in shape");
-  primal_shift_ = settings.primal_shift, dual_shift_ = settings.dual_shift;
+  first_primal_shift_ = settings.primal_shift, first_dual_shift_ = settings.dual_shift;
   hessian_.copy_pattern(problem.p_matrix, true);
   equality_.copy_pattern(problem.a_matrix, false);
   inequality_.copy_pattern(problem.g_matrix, false);
@@ -194,6 +194,7 @@ bool SparseKkt::load(const SparseQp& problem) noexcept {
       !inequality_.load(problem.g_matrix, false) || !finite(problem.c) || !finite(problem.b))
     return false;
   problem_ = &problem;
+  primal_shift_ = first_primal_shift_, dual_shift_ = first_dual_shift_;
   std::copy_n(problem.c.data(), n_, c_.begin());
   std::copy_n(problem.b.data(), p_, b_.begin());
   equilibrate();
@@ -257,6 +258,11 @@ void SparseKkt::scatter() noexcept {
     for (std::size_t e = 0; e < block->slot.size(); ++e) base_[at(block->slot[e])] += block->value[e];
   for (int j = 0; j < n_; ++j) base_[at(diagonal_[at(j)])] += primal_shift_;
   for (int i = 0; i < p_; ++i) base_[at(diagonal_[at(n_ + i)])] = -dual_shift_;
+}
+
+void SparseKkt::stiffen() noexcept {
+  primal_shift_ *= 100.0, dual_shift_ *= 100.0;
+  scatter();
 }
 
 bool SparseKkt::bounds(Rows& rows) const noexcept {

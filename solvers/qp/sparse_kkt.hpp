@@ -19,6 +19,7 @@ namespace solenoid::qp {
 /// layout   w: n; y: p; rows: the n boxes, then, from a whole vector on, the m rows of G
 class SparseKkt {
  public:
+  static constexpr bool balanced_start = false;
   static constexpr int least_refinements = 1;
 
   void setup(const SparseQp& problem, const Settings& settings);
@@ -30,6 +31,8 @@ class SparseKkt {
   int row_size() const { return primal_size() + Workspace::padded(m_); }
   int factor_entries() const { return static_cast<int>(l_values_.size()); }
 
+  void stiffen() noexcept;
+  bool can_hold(const signed char*) const noexcept { return true; }
   bool bounds(Rows& rows) const noexcept;
   void start(double* w, double* y) noexcept;
   void row_values(const double* w, double* v) const noexcept;
@@ -65,7 +68,7 @@ class SparseKkt {
   void solve_once(double* top, double* middle, double* bottom) noexcept;
 
   int n_ = 0, p_ = 0, m_ = 0;
-  double primal_shift_ = 0.0, dual_shift_ = 0.0;
+  double primal_shift_ = 0.0, dual_shift_ = 0.0, first_primal_shift_ = 0.0, first_dual_shift_ = 0.0;
   const SparseQp* problem_ = nullptr;
   const double* weight_ = nullptr;
   Block hessian_, equality_, inequality_;
