@@ -83,6 +83,8 @@ class InteriorPoint {
   static double step_length(double ratio, double fraction) { return ratio * 1.0 > fraction ? fraction / ratio : 1.0; }
   double mean(double product) const { return sides_ > 0 ? product / sides_ : 0.0; }
 
+  double allowed_gap() const { return settings_.gap_absolute + settings_.gap_relative * std::abs(at_.objective); }
+
   Settings settings_;
   const RowKernels* kernel_ = nullptr;
   Workspace memory_;

@@ -82,8 +82,8 @@ KktError kkt_error(const OcpQp<NX, NU>& qp, const OcpSolution<NX, NU>& at) {
     if (k < last) {
       const X defect = stage.a * at.x[k] + stage.b * at.u[k] + stage.c - at.x[k + 1];
       judge::raise(error.primal, defect.template lpNorm<Eigen::Infinity>());
-      const U input = stage.r_matrix * at.u[k] + stage.s_matrix * at.x[k] + stage.r +
-                      stage.b.transpose() * at.y[k] + at.zu[k];
+      const U input =
+          stage.r_matrix * at.u[k] + stage.s_matrix * at.x[k] + stage.r + stage.b.transpose() * at.y[k] + at.zu[k];
       judge::raise(error.stationarity, input.template lpNorm<Eigen::Infinity>());
       for (int j = 0; j < NU; ++j) judge::bound(error, at.u[k][j], stage.u_lower[j], stage.u_upper[j], at.zu[k][j]);
       state += stage.s_matrix.transpose() * at.u[k] + stage.a.transpose() * at.y[k];
@@ -112,12 +112,11 @@ inline bool proves_infeasible(const SparseQp& qp, const SparseSolution& ray, dou
   for (const Eigen::VectorXd* part : {&ray.y, &ray.z_box, &ray.z_g})
     for (const double entry : *part) judge::raise(size, std::abs(entry));
   if (!(size > 0.0) || std::isinf(size)) return false;
-  const Eigen::VectorXd combined =
-      qp.a_matrix.transpose() * ray.y + qp.g_matrix.transpose() * ray.z_g + ray.z_box;
+  const Eigen::VectorXd combined = qp.a_matrix.transpose() * ray.y + qp.g_matrix.transpose() * ray.z_g + ray.z_box;
   double error = 0.0;
   for (const double entry : combined) judge::raise(error, std::abs(entry));
-  const double value = qp.b.dot(ray.y) + judge::support(ray.z_box, qp.lower, qp.upper) +
-                       judge::support(ray.z_g, qp.g_lower, qp.g_upper);
+  const double value =
+      qp.b.dot(ray.y) + judge::support(ray.z_box, qp.lower, qp.upper) + judge::support(ray.z_g, qp.g_lower, qp.g_upper);
   return error <= tolerance * size && value < -tolerance * size;
 }
 

@@ -1,8 +1,9 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <limits>
 #include <vector>
+
+#include <Eigen/Core>
 
 namespace solenoid::qp {
 

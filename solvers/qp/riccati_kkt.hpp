@@ -31,7 +31,7 @@ class RiccatiKkt {
   void row_values(const double* w, double* v) const noexcept { std::copy_n(w, row_size(), v); }
   Residual residual(const double* w, const double* y, const double* zeta, double* r_d, double* r_p) const noexcept {
     const StageResidual at = kernel_->residual(pack_, w, states_at_, y, zeta, state_bounds_, r_d, r_p);
-    return {at.dual, at.primal, at.objective};
+    return {at.dual, at.primal, at.objective - constant_};
   }
   bool factor(const double* weight) noexcept {
     weight_ = weight;
@@ -42,7 +42,8 @@ class RiccatiKkt {
   void stiffen() noexcept { shift_ *= 100.0; }
   /// Inputs are eliminated exactly; a held state would be a constraint across stages, beyond the recursion.
   bool can_hold(const signed char* side) const noexcept {
-    return std::all_of(side + states_at_, side + std::max(states_at_, row_size()), [](signed char s) { return s == 0; });
+    return std::all_of(side + states_at_, side + std::max(states_at_, row_size()),
+                       [](signed char s) { return s == 0; });
   }
   double row_violation(const Rows& rows, double seen) const noexcept {
     for (int i = states_at_; i < row_size(); ++i)
@@ -64,12 +65,14 @@ class RiccatiKkt {
   static constexpr int W = portable::Riccati<NX, NU>::W, XL = portable::Riccati<NX, NU>::XL,
                        UL = portable::Riccati<NX, NU>::UL, H = NX + NU;
 
+  void adjoint(const double* g, const double* dw, double* dy) const noexcept;
   void load_stage(const Problem& problem, int k) noexcept;
   double& u(double* w, int k, int j) const { return w[k * NU + j]; }
   double* x(double* w, int k) const { return w + states_at_ + (k - 1) * XL; }
 
   int stages_ = 0, states_at_ = 0;
   bool state_bounds_ = false;
+  double constant_ = 0.0;  // the cost of x_0 alone
   double shift_ = 0.0, first_shift_ = 0.0;
   const RiccatiKernels* kernel_ = nullptr;
   const RowKernels* row_kernel_ = nullptr;

@@ -11,10 +11,19 @@ void RiccatiKkt<NX, NU>::setup(const Problem& problem, const Settings& settings)
   kernel_ = &riccati_kernels<NX, NU>(settings.isa);
   row_kernel_ = &row_kernels(settings.isa);
   const int n = stages_;
-  pack_ = {n, memory_.carve(n * NX * W), memory_.carve(n * H * XL), memory_.carve(n * XL),
-           memory_.carve((n + 1) * H * W), memory_.carve((n + 1) * W), memory_.carve(XL)};
-  riccati_ = {memory_.carve((n + 1) * NX * W), memory_.carve(n * NU * W), memory_.carve(n * NX * UL),
-              memory_.carve(n * NU * UL),      memory_.carve(n * UL),     memory_.carve((n + 1) * XL),
+  pack_ = {n,
+           memory_.carve(n * NX * W),
+           memory_.carve(n * H * XL),
+           memory_.carve(n * XL),
+           memory_.carve((n + 1) * H * W),
+           memory_.carve((n + 1) * W),
+           memory_.carve(XL)};
+  riccati_ = {memory_.carve((n + 1) * NX * W),
+              memory_.carve(n * NU * W),
+              memory_.carve(n * NX * UL),
+              memory_.carve(n * NU * UL),
+              memory_.carve(n * UL),
+              memory_.carve((n + 1) * XL),
               memory_.carve(n * UL)};
   zero_ = memory_.carve((n + 1) * H * W + primal_size());
   homogeneous_ = pack_;
@@ -30,6 +39,8 @@ bool RiccatiKkt<NX, NU>::load(const Problem& problem) noexcept {
   if (problem.horizon() != stages_ || problem.state_bounds != state_bounds_) return false;
   problem_ = &problem;
   shift_ = first_shift_;
+  const auto& first = problem.stages[0];
+  constant_ = problem.x0.dot(0.5 * first.q_matrix * problem.x0 + first.q);
   for (int i = 0; i < NX; ++i) pack_.x0[i] = problem.x0[i];
   bool finite = problem.x0.allFinite();
   for (int k = 0; k <= stages_; ++k) load_stage(problem, k);
@@ -61,8 +72,7 @@ void RiccatiKkt<NX, NU>::load_stage(const Problem& problem, int k) noexcept {
   double* rows = pack_.rows + k * NX * W;
   double* columns = pack_.columns + k * H * XL;
   for (int c = 0; c < H; ++c)
-    for (int i = 0; i < NX; ++i)
-      rows[i * W + c] = columns[c * XL + i] = c < NX ? stage.a(i, c) : stage.b(i, c - NX);
+    for (int i = 0; i < NX; ++i) rows[i * W + c] = columns[c * XL + i] = c < NX ? stage.a(i, c) : stage.b(i, c - NX);
   for (int i = 0; i < NX; ++i) pack_.offset[k * XL + i] = stage.c[i];
 }
 
@@ -124,17 +134,36 @@ void RiccatiKkt<NX, NU>::solve(const double* r_d, const double* r_p, const doubl
   for (int i = 0; i < rows; ++i) g_[i] = r_d[i] + h[i];
   for (int i = rows; i < primal_size(); ++i) g_[i] = r_d[i];
   kernel_->solve(pack_, riccati_, g_, states_at_, r_p, dw, dy);
+  adjoint(g_, dw, dy);
   for (int step = 0; step < refinements; ++step) {
     for (int i = 0; i < rows; ++i) zeta_[i] = weight_[i] * dw[i];
     kernel_->residual(homogeneous_, dw, states_at_, dy, zeta_, state_bounds_, r_d_, r_p_);
     for (int i = 0; i < primal_size(); ++i) r_d_[i] += g_[i] + shift_ * dw[i];
     for (int i = 0; i < dual_size(); ++i) r_p_[i] += r_p[i];
     kernel_->solve(pack_, riccati_, r_d_, states_at_, r_p_, dw_, dy_);
+    adjoint(r_d_, dw_, dy_);
     row_kernel_->axpy(primal_size(), 1.0, dw_, dw);
     row_kernel_->axpy(dual_size(), 1.0, dy_, dy);
   }
   if (nu != nullptr)
     for (int i = 0; i < rows; ++i) nu[i] = weight_[i] * dw[i] + h[i];
+}
+
+/// Weights of active states make P so large that P dx + p has lost the multipliers' digits; the states' stationarity,
+/// taken backwards, gives them with none lost.
+template <int NX, int NU>
+void RiccatiKkt<NX, NU>::adjoint(const double* g, const double* dw, double* dy) const noexcept {
+  if (!state_bounds_) return;
+  for (int k = stages_; k > 0; --k)
+    for (int i = 0; i < NX; ++i) {
+      const int at = states_at_ + (k - 1) * XL + i;
+      const double* hessian = pack_.hessian + (k * H + i) * W;
+      double sum = g[at] + (weight_[at] + shift_) * dw[at];
+      for (int c = 0; c < NX; ++c) sum += hessian[c] * dw[at - i + c];
+      for (int j = 0; k < stages_ && j < NU; ++j) sum += hessian[NX + j] * dw[k * NU + j];
+      for (int c = 0; k < stages_ && c < NX; ++c) sum += pack_.rows[(k * NX + c) * W + i] * dy[k * XL + c];
+      dy[(k - 1) * XL + i] = sum;
+    }
 }
 
 template <int NX, int NU>

@@ -157,7 +157,8 @@ void SparseKkt::place(const std::vector<int>& order) {
   diagonal_.assign(at(size), 0);
   for (int j = 0; j < size; ++j) add(j, j, &diagonal_[at(j)]);
   for (int j = 0; j < n_; ++j) {
-    for (int e = hessian_.start[at(j)]; e < hessian_.start[at(j) + 1]; ++e) add(hessian_.row[at(e)], j, &hessian_.slot[at(e)]);
+    for (int e = hessian_.start[at(j)]; e < hessian_.start[at(j) + 1]; ++e)
+      add(hessian_.row[at(e)], j, &hessian_.slot[at(e)]);
     for (int e = equality_.start[at(j)]; e < equality_.start[at(j) + 1]; ++e)
       add(n_ + equality_.row[at(e)], j, &equality_.slot[at(e)]);
     for (int e = inequality_.start[at(j)]; e < inequality_.start[at(j) + 1]; ++e)

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <Eigen/SparseCore>
 #include <limits>
+
+#include <Eigen/SparseCore>
 
 namespace solenoid::qp {
 

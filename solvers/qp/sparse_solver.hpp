@@ -6,7 +6,8 @@ namespace solenoid::qp {
 
 /// Interior point on AMD + LDL for one sparsity pattern.
 ///
-/// promise   setup allocates and throws on shapes that do not fit; solve does neither, and always leaves a status saying
+/// promise   setup allocates and throws on shapes that do not fit; solve does neither, and always leaves a status
+/// saying
 ///           what `solution` (sized by SparseSolution(problem)) holds
 class SparseSolver {
  public:

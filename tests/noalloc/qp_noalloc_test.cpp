@@ -3,8 +3,9 @@
 #include "solvers/qp/sparse_solver.hpp"
 #include "tests/support/random_qp.hpp"
 
-#include <gtest/gtest.h>
 #include <set>
+
+#include <gtest/gtest.h>
 
 namespace solenoid::qp {
 namespace {
@@ -20,9 +21,8 @@ Status fenced(Solver& solver, const Problem& problem, Solution& solution, Start 
 
 TEST(QpNoAlloc, OcpSolveAtEveryStatus) {
   ASSERT_TRUE(AllocationGuard::available());
-  static_assert(noexcept(std::declval<OcpSolver<4, 3>&>().solve(std::declval<const OcpQp<4, 3>&>(),
-                                                                std::declval<OcpSolution<4, 3>&>(), Start::cold,
-                                                                std::declval<Deadline>())));
+  static_assert(noexcept(std::declval<OcpSolver<4, 3>&>().solve(
+      std::declval<const OcpQp<4, 3>&>(), std::declval<OcpSolution<4, 3>&>(), Start::cold, std::declval<Deadline>())));
   std::set<Status> seen;
   test::Dice dice(3);
   const auto problem = test::random_ocp<4, 3>(dice, 10, true);

@@ -41,7 +41,8 @@ template <int NX, int NU>
 void sweep(unsigned seeds) {
   for (unsigned seed = 0; seed < seeds; ++seed)
     for (const bool state_bounds : {false, true}) {
-      SCOPED_TRACE(testing::Message() << NX << " states, " << NU << " inputs, seed " << seed << " bounds " << state_bounds);
+      SCOPED_TRACE(testing::Message() << NX << " states, " << NU << " inputs, seed " << seed << " bounds "
+                                      << state_bounds);
       Dice dice(seed);
       expect_agreement(random_ocp<NX, NU>(dice, dice.integer(1, 12), state_bounds));
     }

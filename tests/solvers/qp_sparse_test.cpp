@@ -51,7 +51,8 @@ TEST(QpSparse, BoxProblemsMatchBruteForceOverActiveSets) {
     SCOPED_TRACE(seed);
     Dice dice(seed);
     const int n = dice.integer(1, 6);
-    const Eigen::MatrixXd root = dice.matrix(n, n), p = root.transpose() * root + 0.05 * Eigen::MatrixXd::Identity(n, n);
+    const Eigen::MatrixXd root = dice.matrix(n, n),
+                          p = root.transpose() * root + 0.05 * Eigen::MatrixXd::Identity(n, n);
     SparseQp problem(n, 0, 0);
     problem.p_matrix = p.sparseView();
     problem.c = 2.0 * dice.vector(n);

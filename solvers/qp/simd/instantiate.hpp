@@ -11,7 +11,7 @@ namespace solenoid::qp::SOLENOID_QP_ISA {
 const RowKernels& rows();
 const RowKernels& rows() { return row_table; }
 
-#define SOLENOID_QP_DEFINE(nx, nu)         \
+#define SOLENOID_QP_DEFINE(nx, nu)             \
   const RiccatiKernels& riccati_##nx##_##nu(); \
   const RiccatiKernels& riccati_##nx##_##nu() { return riccati_table<nx, nu>; }
 SOLENOID_QP_SIZES(SOLENOID_QP_DEFINE)

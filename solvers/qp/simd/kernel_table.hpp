@@ -13,16 +13,16 @@ struct Rows {
   double *lower, *upper, *mask_l, *mask_u;  // problem
   double* fixed;                            // weight of a row held at lower = upper, otherwise 0
   double *t_l, *t_u, *z_l, *z_u;            // iterate
-  double *v;                                // C w, the rows' values
+  double* v;                                // C w, the rows' values
   double *r_l, *r_u;                        // v - lower - t_l, upper - v - t_u
   double *inv_l, *inv_u;                    // 1 / t
   double *second_l, *second_u;              // dt * dz of the predictor
   double *dt_l, *dt_u, *dz_l, *dz_u, *dv;   // step
-  double *weight;                           // D = z_l / t_l + z_u / t_u (+ fixed)
-  double *shift;                            // h: the rows' multiplier step is nu = D dv + h
-  double *nu;
-  double *z_f;                              // signed multiplier of a fixed row
-  double *zeta;                             // z_u - z_l + z_f, the signed multiplier
+  double* weight;                           // D = z_l / t_l + z_u / t_u (+ fixed)
+  double* shift;                            // h: the rows' multiplier step is nu = D dv + h
+  double* nu;
+  double* z_f;   // signed multiplier of a fixed row
+  double* zeta;  // z_u - z_l + z_f, the signed multiplier
 };
 
 struct RowState {
@@ -39,10 +39,10 @@ struct RowStep {
 
 /// Elementwise work of an iteration; equations in docs/theory-qp.md (8) to (12).
 struct RowKernels {
-  RowState (*evaluate)(const Rows& rows);                 // r, 1/t, D, zeta and the predictor's h
-  RowStep (*predict)(const Rows& rows);                   // dt, dz of the predictor from dv; second-order products
-  void (*correct)(const Rows& rows, double target);       // the corrector's h for t z = target
-  RowStep (*step)(const Rows& rows, double target);       // dt, dz of the corrector from dv
+  RowState (*evaluate)(const Rows& rows);            // r, 1/t, D, zeta and the predictor's h
+  RowStep (*predict)(const Rows& rows);              // dt, dz of the predictor from dv; second-order products
+  void (*correct)(const Rows& rows, double target);  // the corrector's h for t z = target
+  RowStep (*step)(const Rows& rows, double target);  // dt, dz of the corrector from dv
   void (*advance)(const Rows& rows, double primal, double dual);
   void (*axpy)(int size, double factor, const double* x, double* y);  // y += factor x
 };
@@ -60,13 +60,13 @@ struct StagePack {
 
 /// What the Riccati recursion leaves behind.
 struct RiccatiPack {
-  double* value;      // [stages + 1][NX][W]  rows of P, affine lane p
-  double* gain;       // [stages][NU][W]      K in the x lanes: u = -K x - k
-  double* gain_t;     // [stages][NX][UL]     K transposed
-  double* inverse;    // [stages][NU][UL]     inverse of the reduced input Hessian
+  double* value;        // [stages + 1][NX][W]  rows of P, affine lane p
+  double* gain;         // [stages][NU][W]      K in the x lanes: u = -K x - k
+  double* gain_t;       // [stages][NX][UL]     K transposed
+  double* inverse;      // [stages][NU][UL]     inverse of the reduced input Hessian
   double* feedforward;  // [stages][UL]       k
-  double* costate;    // [stages + 1][XL]     p of the latest right-hand side
-  double* reduced;    // [stages][UL]         reduced gradient of the inputs
+  double* costate;      // [stages + 1][XL]     p of the latest right-hand side
+  double* reduced;      // [stages][UL]         reduced gradient of the inputs
 };
 
 struct StageResidual {
@@ -84,8 +84,8 @@ struct RiccatiKernels {
   bool (*factor)(const StagePack& stages, const RiccatiPack& riccati, const double* weight, int state_offset,
                  bool state_rows, double shift);
   /// Step (dw, dy) for gradient g and dynamics residual e: A dx + B du + e = dx+.
-  void (*solve)(const StagePack& stages, const RiccatiPack& riccati, const double* g, int state_offset,
-                const double* e, double* dw, double* dy);
+  void (*solve)(const StagePack& stages, const RiccatiPack& riccati, const double* g, int state_offset, const double* e,
+                double* dw, double* dy);
 };
 
 const RowKernels& row_kernels(Isa isa);

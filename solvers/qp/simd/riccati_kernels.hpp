@@ -11,7 +11,8 @@ namespace portable {
 #include "solvers/qp/simd/riccati_lanes.hpp"
 }  // namespace portable
 
-/// Kernels for one pair of sizes: those of sizes.hpp by instruction set, any other as this translation unit is compiled.
+/// Kernels for one pair of sizes: those of sizes.hpp by instruction set, any other as this translation unit is
+/// compiled.
 template <int NX, int NU>
 const RiccatiKernels& riccati_kernels(Isa) {
   return portable::riccati_table<NX, NU>;

@@ -108,8 +108,8 @@ struct Riccati {
   }
 
   /// Back substitution of the unit triangle: gains in closed form, and the inverse for later right-hand sides.
-  static SOLENOID_INLINE void store_gains(Row (&scaled)[NU], const double (&pivot)[NU], double* gain_out, double* gain_t,
-                                          double* inverse) {
+  static SOLENOID_INLINE void store_gains(Row (&scaled)[NU], const double (&pivot)[NU], double* gain_out,
+                                          double* gain_t, double* inverse) {
     // Lower-triangular inverse of the unit factor, then U^-1 D^-1 U^-T.
     double upper[NU][NU] = {};
     for (int j = 0; j < NU; ++j) {
