@@ -29,7 +29,7 @@ struct Ray {
 /// Mehrotra's predictor-corrector on the proximal KKT system
 ///
 ///     | H + C'D C + shift   A'        | | dw |     | r_d + C'h |
-///     | A                   -shift    | | dy | = - | r_p       |                 [theory-qp.md, eq. 6 to 12]
+///     | A                   -shift    | | dy | = - | r_p       |                 [theory-qp.md, eq. 3 to 6]
 ///
 /// finished, where the active set has settled, by the exact solution on that set. The back end `Kkt` owns the problem
 /// and the factorisation; a call to it is work on the whole system, resolved at compile time:

@@ -228,11 +228,10 @@ bool InteriorPoint<Kkt>::finish_on_active_set(Kkt& kkt, int steps, Deadline dead
     ++info_.active_set_steps;
     if (!solve_on_active_set(kkt)) return false;
     if (revise_active_set() > 0) continue;
-    if (at_.dual > settings_.tolerance || info_.feasibility > settings_.tolerance) return false;
+    if (std::max({at_.dual, info_.feasibility, info_.complementarity}) > settings_.tolerance) return false;
     std::swap(w, as_w_), std::swap(y, as_y_), std::swap(rows.zeta, as_zeta_), std::swap(rows.v, as_v_);
     info_.objective = at_.objective;
     info_.stationarity = at_.dual;
-    info_.complementarity = 0.0;
     info_.status = Status::optimal;
     return true;
   }
@@ -270,10 +269,17 @@ int InteriorPoint<Kkt>::revise_active_set() noexcept {
   const double slack = settings_.tolerance;
   int changed = 0;
   info_.feasibility = at_.primal;
+  info_.complementarity = 0.0;
   for (int i = 0; i < rows.size; ++i) {
     auto& side = side_[static_cast<std::size_t>(i)];
+    if (as_weight_[i] > 0.0) {
+      const double away = std::abs(as_v_[i] - as_target_[i]);
+      info_.feasibility = std::max(info_.feasibility, away);
+      info_.complementarity = std::max(info_.complementarity, away * std::abs(as_zeta_[i]));
+    } else {
+      as_zeta_[i] = 0.0;
+    }
     if (side != 0) {
-      info_.feasibility = std::max(info_.feasibility, std::abs(as_v_[i] - as_target_[i]));
       if (as_zeta_[i] * side < 0.0) side = 0, ++changed;
     } else if (rows.mask_l[i] > 0.0 && as_v_[i] < rows.lower[i] - slack) {
       side = -1, ++changed;

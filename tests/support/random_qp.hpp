@@ -25,8 +25,9 @@ class Dice {
   std::mt19937 engine_;
 };
 
-/// A feasible problem of random shape: P of any rank (bounded below by construction: c lies in the span of what bends
-/// upwards or is bounded), dense or sparse rows, bounds missing here and there, some constraints met with equality.
+/// A problem of random shape with an optimum and, beside its equalities, an interior, both by construction: P of any
+/// rank, rows dense or sparse, bounds missing here and there. `degenerate` adds fixed variables, rows with equal bounds
+/// and active bounds without multiplier.
 inline qp::SparseQp random_sparse(Dice& dice, bool degenerate = false) {
   const int n = dice.integer(1, 14), p = dice.integer(0, n / 2), m = dice.integer(0, 10);
   qp::SparseQp qp(n, p, m);
@@ -36,19 +37,36 @@ inline qp::SparseQp random_sparse(Dice& dice, bool degenerate = false) {
   qp.p_matrix = (root.transpose() * root).sparseView();
   qp.a_matrix = a.sparseView(), qp.g_matrix = g.sparseView();
   qp.b = a * x;
-  // Dual feasible by construction: c = -(P x + A'y + G'z_g + z_box) for multipliers pressing on existing bounds.
+
+  // Rows held equal, and a direction inside the others: a bound may be active at x only where it leads away from it.
+  Eigen::MatrixXd all(n + m, n);
+  all << Eigen::MatrixXd::Identity(n, n), g;
+  Eigen::VectorXi fixed(n + m);
+  Eigen::MatrixXd held = Eigen::MatrixXd::Zero(p + n + m, n);
+  held.topRows(p) = a;
+  for (int i = 0; i < n + m; ++i) {
+    fixed[i] = degenerate && dice.chance(0.12);
+    if (fixed[i]) held.row(p + i) = all.row(i);
+  }
+  const Eigen::VectorXd wish = dice.vector(n);
+  const Eigen::VectorXd inward = wish - held.completeOrthogonalDecomposition().solve(held * wish);
+
+  // Dual feasible by construction: c = -(P x + A'y + C'z) with multipliers pressing on active bounds only.
   qp.c = -(root.transpose() * (root * x) + a.transpose() * dice.vector(p));
-  const auto bound = [&](double value, double& lower, double& upper) {
-    const double slack = dice.uniform(0.1, 2.0);
-    lower = dice.chance(0.6) ? value - (dice.chance(0.4) ? 0.0 : slack) : -qp::SparseQp::infinity;
-    upper = dice.chance(0.6) ? value + dice.uniform(0.1, 2.0) : qp::SparseQp::infinity;
-    if (degenerate && dice.chance(0.2)) lower = upper = value;
-    const bool strictly = !degenerate || dice.chance(0.5);
-    return lower == value && strictly ? -dice.uniform(0.1, 1.0) : 0.0;
-  };
-  for (int i = 0; i < n; ++i) qp.c[i] -= bound(x[i], qp.lower[i], qp.upper[i]);
-  const Eigen::VectorXd rows = g * x;
-  for (int i = 0; i < m; ++i) qp.c -= bound(rows[i], qp.g_lower[i], qp.g_upper[i]) * g.row(i).transpose();
+  for (int i = 0; i < n + m; ++i) {
+    const double value = all.row(i) * x, away = 0.05 * all.row(i).dot(inward);
+    double& lower = i < n ? qp.lower[i] : qp.g_lower[i - n];
+    double& upper = i < n ? qp.upper[i] : qp.g_upper[i - n];
+    const bool active = away > 0.01 && dice.chance(0.5);
+    if (fixed[i]) {
+      lower = upper = value;
+    } else {
+      if (active || dice.chance(0.5)) lower = value - (active ? 0.0 : dice.uniform(0.5, 2.0));
+      if (dice.chance(0.6)) upper = value + dice.uniform(0.5, 2.0);
+    }
+    const bool pressed = active && !(degenerate && dice.chance(0.5));
+    if (pressed) qp.c += dice.uniform(0.1, 1.0) * all.row(i).transpose();
+  }
   return qp;
 }
 

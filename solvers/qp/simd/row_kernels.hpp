@@ -25,7 +25,10 @@ inline RowState evaluate(const Rows& a) {
     raise_magnitude(residual, r_l), raise_magnitude(residual, r_u);
     const Lane p_l = t_l * z_l, p_u = t_u * z_u;
     product += p_l + p_u;
-    raise(most, p_l), raise(most, p_u);
+    // What a judge sees is the row's distance to its bound, not the slack standing for it.
+    raise_magnitude(most, Lane(p_l + z_l * r_l)), raise_magnitude(most, Lane(p_u + z_u * r_u));
+    const Lane held = fixed > 0.0 ? v - get(a.lower, i) : Lane{};
+    raise_magnitude(most, Lane(held * get(a.z_f, i)));
   }
   return {largest<8>(residual), sum<8>(product), largest<8>(most)};
 }
