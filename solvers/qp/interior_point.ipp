@@ -78,7 +78,8 @@ void InteriorPoint<Kkt>::start_inside(Kkt& kkt, bool warm) noexcept {
 template <class Kkt>
 void InteriorPoint<Kkt>::balance(Kkt& kkt) noexcept {
   for (int i = 0; i < rows.size; ++i) {
-    as_weight_[i] = i < primal_ && rows.mask_l[i] + rows.mask_u[i] > 0.0 ? 1e3 : rows.fixed[i];
+    // A little weight everywhere: what only the rows of G bound must not run away.
+    as_weight_[i] = i >= primal_ ? 0.0 : rows.mask_l[i] + rows.mask_u[i] > 0.0 ? 1e3 : std::max(1e-3, rows.fixed[i]);
     as_shift_[i] = 0.0;
   }
   kkt.residual(w, y, rows.zeta, r_d_, r_p_);
@@ -111,6 +112,7 @@ void InteriorPoint<Kkt>::enter_interior(double product) noexcept {
 
 template <class Kkt>
 void InteriorPoint<Kkt>::evaluate(Kkt& kkt) noexcept {
+  kkt.row_values(w, rows.v);
   row_at_ = kernel_->evaluate(rows);
   at_ = kkt.residual(w, y, rows.zeta, r_d_, r_p_);
   info_.objective = at_.objective;
@@ -188,7 +190,6 @@ template <class Kkt>
 void InteriorPoint<Kkt>::advance(double primal, double dual) noexcept {
   kernel_->axpy(primal_, primal, dw_, w);
   kernel_->axpy(dual_, dual, dy_, y);
-  kernel_->axpy(rows.size, primal, rows.dv, rows.v);
   kernel_->advance(rows, primal, dual);
   // The shifts cost a little of every step; the next one makes up for it.
   expected_dual_ = 2.0 * (1.0 - dual) * at_.dual + 1e-2 * at_.dual;

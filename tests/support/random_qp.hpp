@@ -5,6 +5,8 @@
 
 #include <random>
 
+#include <Eigen/Dense>
+
 namespace solenoid::test {
 
 /// Seeded numbers for ragged problems.
