@@ -40,6 +40,7 @@ struct Ray {
 ///     void row_values(const double* w, double* v)                  v = C w
 ///     Residual residual(w, y, zeta, r_d, r_p)
 ///     bool factor(const double* weight)                            false: not quasi-definite
+///     void adapt(double stationarity)                              shifts for a point this far from stationary
 ///     void stiffen()                                               greater shifts, until the next load
 ///     bool can_hold(const signed char* side)                       whether these rows may be held as equalities
 ///     void solve(r_d, r_p, h, dw, dy, nu, int refinements)         nu = D C dw + h; null where not needed

@@ -34,7 +34,9 @@ Info InteriorPoint<Kkt>::solve(Kkt& kkt, bool warm, Deadline deadline) noexcept 
   if (start(kkt, warm, deadline) == Verdict::stop) return info_;
   while (true) {
     evaluate(kkt);
-    if (judge(kkt, deadline) == Verdict::stop || !factor(kkt, rows.weight)) return info_;
+    if (judge(kkt, deadline) == Verdict::stop) return info_;
+    kkt.adapt(at_.dual);
+    if (!factor(kkt, rows.weight)) return info_;
     const double target = predict(kkt);
     const bool finish = settled();
     correct(kkt, target);
@@ -57,9 +59,12 @@ auto InteriorPoint<Kkt>::start(Kkt& kkt, bool warm, Deadline deadline) noexcept 
     guess_[static_cast<std::size_t>(i)] = side_[static_cast<std::size_t>(i)] = static_cast<signed char>(upper - lower);
   }
   if (!warm) kkt.start(w, y);
-  const int steps = settings_.active_set_steps == 0 ? 0 : warm ? 3 * settings_.active_set_steps : 1;
+  const int steps = settings_.active_set_steps == 0 ? 0 : warm ? settings_.active_set_steps + 1 : 1;
   if (finish_on_active_set(kkt, steps, deadline)) return Verdict::stop;
-  start_inside(kkt, warm);
+  // Around a wrong set the old solution is a poor centre; a warm interior start is for solving without sets.
+  const bool keep = warm && settings_.active_set_steps == 0;
+  if (warm && !keep) kkt.start(w, y);
+  start_inside(kkt, keep);
   return Verdict::go_on;
 }
 
@@ -136,7 +141,7 @@ auto InteriorPoint<Kkt>::judge(Kkt& kkt, Deadline deadline) noexcept -> Verdict 
   if (!std::isfinite(at_.objective + at_.dual + at_.primal + row_at_.product)) return end(Status::numerical_failure);
   if (converged()) return end(Status::optimal);
   if (info_.iterations >= settings_.max_iterations) return end(Status::iteration_limit);
-  if (info_.iterations > 8 && certified(kkt)) return Verdict::stop;
+  if (info_.iterations > 4 && certified(kkt)) return Verdict::stop;
   if (deadline.passed()) return end(Status::deadline_reached);
   return Verdict::go_on;
 }
@@ -255,6 +260,7 @@ bool InteriorPoint<Kkt>::solve_on_active_set(Kkt& kkt) noexcept {
     as_shift_[i] = as_weight_[i] > 0.0 ? as_weight_[i] * (as_v_[i] - as_target_[i]) : 0.0;
   at_ = kkt.residual(as_w_, as_y_, as_zeta_, as_rd_, as_rp_);
   ++info_.iterations;
+  kkt.adapt(0.0);
   if (!kkt.factor(as_weight_)) return false;
   kkt.solve(as_rd_, as_rp_, as_shift_, dw_, dy_, as_zeta_, std::max(refinements_, Kkt::least_refinements));
   kernel_->axpy(primal_, 1.0, dw_, as_w_);

@@ -39,6 +39,7 @@ class RiccatiKkt {
   }
   static constexpr bool balanced_start = true;
   static constexpr int least_refinements = 0;
+  void adapt(double) noexcept {}  // what the inputs of a control problem cost bends them
   void stiffen() noexcept { shift_ *= 100.0; }
   /// Inputs are eliminated exactly; a held state would be a constraint across stages, beyond the recursion.
   bool can_hold(const signed char* side) const noexcept {

@@ -252,13 +252,18 @@ void SparseKkt::equilibrate() noexcept {
   }
 }
 
-/// Numbers of the problem into the permuted triangle, shifts included; weights come with each factorisation.
+/// Numbers of the problem and dual shifts into the permuted triangle; weights and primal shifts come with each
+/// factorisation.
 void SparseKkt::scatter() noexcept {
   std::fill(base_.begin(), base_.end(), 0.0);
   for (const Block* block : {&hessian_, &equality_, &inequality_})
     for (std::size_t e = 0; e < block->slot.size(); ++e) base_[at(block->slot[e])] += block->value[e];
-  for (int j = 0; j < n_; ++j) base_[at(diagonal_[at(j)])] += primal_shift_;
   for (int i = 0; i < p_; ++i) base_[at(diagonal_[at(n_ + i)])] = -dual_shift_;
+}
+
+/// Far from stationary, a direction nothing bends is walked with care; close to it, freely.
+void SparseKkt::adapt(double stationarity) noexcept {
+  primal_shift_ = std::clamp(1e-5 * stationarity, first_primal_shift_, std::max(first_primal_shift_, 1e-5));
 }
 
 void SparseKkt::stiffen() noexcept {
@@ -344,10 +349,11 @@ Residual SparseKkt::residual(const double* w, const double* y, const double* zet
 bool SparseKkt::factor(const double* weight) noexcept {
   weight_ = weight;
   std::copy(base_.begin(), base_.end(), values_.begin());
-  for (int j = 0; j < n_; ++j) values_[at(diagonal_[at(j)])] += weight[j];
+  for (int j = 0; j < n_; ++j) values_[at(diagonal_[at(j)])] += weight[j] + primal_shift_;
   for (int i = 0; i < m_; ++i) {
+    // A row held exactly is one more equality, and shifted like one.
     const double w = std::max(weight[primal_size() + i], weightless);
-    values_[at(diagonal_[at(n_ + p_ + i)])] = -std::max(1.0 / w, 1e-12);
+    values_[at(diagonal_[at(n_ + p_ + i)])] = -std::max(1.0 / w, w > 1e19 ? dual_shift_ : 0.0);
   }
   const int size = n_ + p_ + m_;
   const int done = ldl_numeric(size, start_.data(), row_.data(), values_.data(), l_start_.data(), parent_.data(),

@@ -31,6 +31,7 @@ class SparseKkt {
   int row_size() const { return primal_size() + Workspace::padded(m_); }
   int factor_entries() const { return static_cast<int>(l_values_.size()); }
 
+  void adapt(double stationarity) noexcept;
   void stiffen() noexcept;
   bool can_hold(const signed char*) const noexcept { return true; }
   bool bounds(Rows& rows) const noexcept;
