@@ -1,0 +1,96 @@
+#pragma once
+
+#include "solvers/qp/types.hpp"
+
+namespace solenoid::qp {
+
+/// The inequality rows of an interior point, two-sided: lower <= v <= upper with slacks t and multipliers z, structure
+/// of arrays. `size` is a multiple of 8; absent sides have mask 0, bound 0, t = 1, z = 0 and stay so.
+///
+///   lower side   v - t_l = lower, t_l >= 0, z_l >= 0        upper side   v + t_u = upper, t_u >= 0, z_u >= 0
+struct Rows {
+  int size = 0;
+  double *lower, *upper, *mask_l, *mask_u;  // problem
+  double* fixed;                            // weight of a row held at lower = upper, otherwise 0
+  double *t_l, *t_u, *z_l, *z_u;            // iterate
+  double* v;                                // C w, the rows' values
+  double *r_l, *r_u;                        // v - lower - t_l, upper - v - t_u
+  double *inv_l, *inv_u;                    // 1 / t
+  double *second_l, *second_u;              // dt * dz of the predictor
+  double *dt_l, *dt_u, *dz_l, *dz_u, *dv;   // step
+  double* weight;                           // D = z_l / t_l + z_u / t_u (+ fixed)
+  double* shift;                            // h: the rows' multiplier step is nu = D dv + h
+  double* nu;
+  double* z_f;   // signed multiplier of a fixed row
+  double* zeta;  // z_u - z_l + z_f, the signed multiplier
+};
+
+struct RowState {
+  double residual;  ///< largest |r|
+  double product;   ///< sum of t z
+  double largest;   ///< largest t z
+};
+
+/// Largest -dt/t and -dz/z (a step length is min(1, 1 / ratio)) and the sums that give mu after any step pair.
+struct RowStep {
+  double primal_ratio, dual_ratio;
+  double t_dz, z_dt, dt_dz;
+};
+
+/// Elementwise work of an iteration; equations in docs/theory-qp.md (3) to (5).
+struct RowKernels {
+  RowState (*evaluate)(const Rows& rows);            // r, 1/t, D, zeta and the predictor's h
+  RowStep (*predict)(const Rows& rows);              // dt, dz of the predictor from dv; second-order products
+  void (*correct)(const Rows& rows, double target);  // the corrector's h for t z = target
+  RowStep (*step)(const Rows& rows, double target);  // dt, dz of the corrector from dv
+  void (*advance)(const Rows& rows, double primal, double dual);
+  void (*axpy)(int size, double factor, const double* x, double* y);  // y += factor x
+};
+
+/// Stage data of an optimal-control QP, packed for the lanes of one vector: [x (NX) | u (NU) | 1 | padding], W lanes.
+struct StagePack {
+  int stages = 0;
+  double* rows;      // [stages][NX][W]       row i of [A B], affine lane 0
+  double* columns;   // [stages][NX + NU][XL] column j of [A B]
+  double* offset;    // [stages][XL]          c
+  double* hessian;   // [stages + 1][NX + NU][W]   rows of [Q S'; S R]
+  double* gradient;  // [stages + 1][W]       q | r
+  double* x0;        // [XL]
+};
+
+/// What the Riccati recursion leaves behind.
+struct RiccatiPack {
+  double* value;        // [stages + 1][NX][W]  rows of P, affine lane p
+  double* gain;         // [stages][NU][W]      K in the x lanes: u = -K x - k
+  double* gain_t;       // [stages][NX][UL]     K transposed
+  double* inverse;      // [stages][NU][UL]     inverse of the reduced input Hessian
+  double* feedforward;  // [stages][UL]       k
+  double* costate;      // [stages + 1][XL]     p of the latest right-hand side
+  double* reduced;      // [stages][UL]         reduced gradient of the inputs
+};
+
+struct StageResidual {
+  double dual, primal;  ///< largest entries
+  double objective;
+};
+
+/// Vectors over all stages: inputs packed [stages][NU], then (from `state_offset`) states x_1..x_N packed [stages][XL].
+struct RiccatiKernels {
+  int state_lanes, input_lanes, width;  // XL, UL, W
+  /// Stationarity and dynamics residuals at (w, y) with row multipliers zeta (state rows only if state_rows).
+  StageResidual (*residual)(const StagePack& stages, const double* w, int state_offset, const double* y,
+                            const double* zeta, bool state_rows, double* dual, double* primal);
+  /// P, K for barrier weights D; false when a pivot is not positive.
+  bool (*factor)(const StagePack& stages, const RiccatiPack& riccati, const double* weight, int state_offset,
+                 bool state_rows, double shift);
+  /// Step (dw, dy) for gradient g and dynamics residual e: A dx + B du + e = dx+.
+  void (*solve)(const StagePack& stages, const RiccatiPack& riccati, const double* g, int state_offset, const double* e,
+                double* dw, double* dy);
+};
+
+const RowKernels& row_kernels(Isa isa);
+
+/// The instruction set `isa` comes to on this processor.
+Isa resolve(Isa isa);
+
+}  // namespace solenoid::qp

@@ -1,0 +1,2 @@
+#define SOLENOID_QP_ISA avx512
+#include "solvers/qp/simd/instantiate.hpp"

@@ -1,0 +1,2 @@
+#define SOLENOID_QP_ISA baseline
+#include "solvers/qp/simd/instantiate.hpp"
