@@ -13,3 +13,12 @@ run(${CMAKE_COMMAND} -G Ninja -S ${SOURCE} -B ${WORK}/build -DCMAKE_PREFIX_PATH=
     -DSANITIZE=${SANITIZE})
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/outside)
+run(${WORK}/build/fishing)
+
+# The page that explains how to add a system shows this very file.
+file(READ ${SOURCE}/fishing.cpp listing)
+file(READ ${SOURCE}/../../../docs/how-to-add-a-system.md page)
+string(FIND "${page}" "${listing}" at)
+if(at LESS 0)
+  message(FATAL_ERROR "docs/how-to-add-a-system.md does not show tests/packaging/outside/fishing.cpp as it is")
+endif()

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace solenoid {
+
+/// How the search for mode sequences scales: nodes and time against the number of blocks, for several valve sets, on
+/// states recorded from a closed loop.
+struct ScalingOptions {
+  int instances = 200;      ///< recorded states a valve set
+  bool cylinder = false;    ///< the cylinder alone; else with the motor's law in the prediction
+  double switching = 2e-8;  ///< weight of one coil change [m^2]
+};
+
+/// What a search took over the instances. Branch and bound ends after `solve_cap_ms`; a solve that this stopped counts
+/// with what it had taken.
+struct SearchFigures {
+  double nodes_p50 = 0, nodes_p99 = 0, nodes_max = 0;
+  double us_p50 = 0, us_p99 = 0, us_max = 0;
+  double proven = 0;  ///< share of the instances
+};
+
+/// What is proven, and what is missing of the rest, when the search is given this deadline.
+struct DeadlineFigures {
+  double deadline_ms = 0;
+  double proven = 0;  ///< share of the instances
+  int open = 0;       ///< instances not proven; their gaps (cost - bound) / cost:
+  double gap_p50 = 0, gap_p90 = 0, gap_max = 0;
+};
+
+/// One valve set with one number of blocks.
+struct ScalingRow {
+  std::string valves;
+  int states = 0;
+  std::vector<int> periods;                  ///< blocks, in control periods of 5 ms
+  double leaves = 0;                         ///< sequences
+  double full_tree = 0;                      ///< nodes of the whole tree
+  std::optional<SearchFigures> enumeration;  ///< where there are at most `most_enumerated` sequences
+  SearchFigures cold, warm;
+  std::vector<DeadlineFigures> deadlines;  ///< of the warm search
+};
+
+inline constexpr double most_enumerated = 1e5;
+inline constexpr double solve_cap_ms = 50.0;
+inline constexpr int most_blocks = 8;
+
+/// The horizon of 100 ms in `count` blocks (1 to 8): short ones first, where the next command is decided, about twice
+/// as long from one to the next.
+std::vector<int> scaling_blocks(int count);
+
+/// Runs the study on one processor core. `progress` is told of each row begun, `stop` asked between solves; once it
+/// says so, the rows finished so far are returned.
+std::vector<ScalingRow> study_scaling(const ScalingOptions& options,
+                                      const std::function<void(const std::string&)>& progress,
+                                      const std::function<bool()>& stop);
+
+}  // namespace solenoid
