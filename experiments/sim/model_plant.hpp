@@ -30,6 +30,9 @@ class ModelPlant final : public Plant {
   Sensors read(double time_s) noexcept override;
   void write(const Command& command) noexcept override;
 
+  /// A blow: the slide's velocity changes by `speed_m_s` at once.
+  void push(double speed_m_s) noexcept { state_[velocity] += speed_m_s; }
+
   const ActuatorState& state() const { return state_; }
   double air_used_kg() const { return air_kg_; }
 

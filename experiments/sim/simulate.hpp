@@ -4,12 +4,19 @@
 #include "core/metrics/metrics.hpp"
 #include "core/reference/trajectory.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace solenoid {
 
+class SolverWrapper;
 class TableReader;
+
+/// A blow to the plant's slide that the controller does not see coming: its velocity jumps.
+struct Kick {
+  double at_s = 0.0, speed_m_s = 0.0;
+};
 
 /// A task and the plant it is done on, as data: one [[scenario]] table.
 struct ScenarioConfig {
@@ -23,6 +30,7 @@ struct ScenarioConfig {
   bool noise = false;
   bool ideal_sensing = true;  ///< controllers read the true state
   double duration_s = 8.0;
+  std::optional<Kick> kick;
 };
 
 /// Reads one scenario; the motion starts at the hanging equilibrium of the unloaded arm unless it says from_m. Throws
@@ -37,6 +45,8 @@ struct RunResult {
 
 /// One run on a fake clock: the control loop of the rig with a simulated plant. The same variant, scenario and seed
 /// give the same result to the last bit, solver times aside. Throws ConfigError for impossible combinations.
-RunResult simulate(const VariantConfig& variant, const ScenarioConfig& scenario, std::uint64_t seed);
+/// `wrapper` gets at the controller's solver.
+RunResult simulate(const VariantConfig& variant, const ScenarioConfig& scenario, std::uint64_t seed,
+                   SolverWrapper* wrapper = nullptr);
 
 }  // namespace solenoid
