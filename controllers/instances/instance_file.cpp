@@ -1,6 +1,6 @@
 #include "controllers/instances/instance_set.hpp"
-#include "core/config/reader.hpp"
 #include "core/actuator/valves.hpp"
+#include "core/config/reader.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -121,8 +121,8 @@ void write_record(Writer& out, const InstanceRecord& r, int switches) {
   };
   const bool offset = std::bit_cast<std::uint64_t>(r.offset_m) != 0, own = !r.reference.empty();
   const bool continuous = any(r.warm_continuous) || any(r.plan_continuous);
-  out.byte(static_cast<std::uint8_t>((offset ? has_offset : 0) | (own ? has_rows : 0) |
-                                     (continuous ? has_continuous : 0)));
+  out.byte(
+      static_cast<std::uint8_t>((offset ? has_offset : 0) | (own ? has_rows : 0) | (continuous ? has_continuous : 0)));
   out.count(r.situation);
   out.count(r.start);
   if (offset) out.number(r.offset_m);

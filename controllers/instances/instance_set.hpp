@@ -29,7 +29,7 @@ struct InstanceRecord {
   ActuatorState initial{};
   SwitchLines lines;
   std::vector<int> warm_modes;
-  std::vector<double> warm_continuous;  ///< [N], one a block
+  std::vector<double> warm_continuous;                     ///< [N], one a block
   std::vector<std::array<double, 2>> reference, setpoint;  ///< own rows; empty: the window
 
   std::vector<int> plan_modes;  ///< the best plan known, one mode a block

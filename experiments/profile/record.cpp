@@ -141,8 +141,8 @@ InstanceSet record_instances(const Campaign& campaign, std::size_t per_variant) 
   const std::size_t per_run = std::max<std::size_t>(1, per_variant / runs);
   for (VariantConfig v : campaign.variants) {
     v.deadline_ms.reset();  // a plan that a clock cut short is nobody's yardstick
-    VariantInstances& variant = set.variants.emplace_back(
-        VariantInstances{v.name, variant_toml(campaign, v.name), v, {}});
+    VariantInstances& variant =
+        set.variants.emplace_back(VariantInstances{v.name, variant_toml(campaign, v.name), v, {}});
     for (std::size_t s = 0; s < campaign.scenarios.size(); ++s)
       for (const std::uint64_t seed : campaign.seeds) {
         const auto periods = static_cast<std::size_t>(std::ceil(campaign.scenarios[s].duration_s / period_s - 1e-9));
