@@ -42,14 +42,17 @@ Model make_model(const VariantConfig& v, Plane plane) {
 }
 
 template <HybridModel Model>
-std::unique_ptr<Controller> make_mpc(const VariantConfig& v, const Trajectory& reference, Plane plane) {
+std::unique_ptr<Controller> make_mpc(const VariantConfig& v, const Trajectory& reference, Plane plane,
+                                     SolverWrapper* wrapper) {
   using Mpc = MpcController<Model>;
   Problem<Model> problem = make_problem<Model>(v, plane);
   MotorLaw motor = make_motor(v, problem.model);
   Estimator estimator(v.estimator, problem.model, v.estimation);
-  return std::make_unique<Mpc>(typename Mpc::Parts{std::move(problem), make_solver<Model>(v.solver), reference,
-                                                   v.integral, motor, v.deadline_ms, std::move(estimator),
-                                                   v.use_estimate, v.latency_ticks});
+  std::unique_ptr<Solver<Model>> solver = make_solver<Model>(v.solver);
+  if (wrapper) solver = wrapper->wrap(std::move(solver));
+  return std::make_unique<Mpc>(typename Mpc::Parts{std::move(problem), std::move(solver), reference, v.integral, motor,
+                                                   v.deadline_ms, std::move(estimator), v.use_estimate,
+                                                   v.latency_ticks});
 }
 
 }  // namespace
@@ -72,9 +75,10 @@ template Problem<PrestabilisedActuator> make_problem(const VariantConfig&, Plane
 template std::unique_ptr<Solver<PneumaticActuator>> make_solver(const std::string&);
 template std::unique_ptr<Solver<PrestabilisedActuator>> make_solver(const std::string&);
 
-std::unique_ptr<Controller> make_controller(const VariantConfig& v, const Trajectory& reference, Plane plane) {
-  if (v.motor == "in_prediction") return make_mpc<PrestabilisedActuator>(v, reference, plane);
-  return make_mpc<PneumaticActuator>(v, reference, plane);
+std::unique_ptr<Controller> make_controller(const VariantConfig& v, const Trajectory& reference, Plane plane,
+                                            SolverWrapper* wrapper) {
+  if (v.motor == "in_prediction") return make_mpc<PrestabilisedActuator>(v, reference, plane, wrapper);
+  return make_mpc<PneumaticActuator>(v, reference, plane, wrapper);
 }
 
 CommandLimits make_limits(const VariantConfig& v) {

@@ -10,9 +10,19 @@
 
 namespace solenoid {
 
+/// Puts something between a controller and its solver: a recorder, a stopwatch, a slow twin.
+class SolverWrapper {
+ public:
+  virtual ~SolverWrapper() = default;
+  virtual std::unique_ptr<Solver<PneumaticActuator>> wrap(std::unique_ptr<Solver<PneumaticActuator>> solver) = 0;
+  virtual std::unique_ptr<Solver<PrestabilisedActuator>> wrap(
+      std::unique_ptr<Solver<PrestabilisedActuator>> solver) = 0;
+};
+
 /// The controller of a variant, tracking `reference`, with the arm in `plane`. Throws ConfigError or
 /// std::invalid_argument for impossible combinations.
-std::unique_ptr<Controller> make_controller(const VariantConfig& variant, const Trajectory& reference, Plane plane);
+std::unique_ptr<Controller> make_controller(const VariantConfig& variant, const Trajectory& reference, Plane plane,
+                                            SolverWrapper* wrapper = nullptr);
 
 /// The problem a variant poses in each period, without state and reference. Model: PneumaticActuator, or
 /// PrestabilisedActuator for variants with the motor in the prediction.

@@ -93,6 +93,16 @@ SwitchLines::SwitchLines(SwitchPattern pattern) : commanded_(pattern) {
   for (std::size_t c = 0; c < max_switches; ++c) line_[c] = ((pattern >> c) & 1u) ? -1 : 0;
 }
 
+SwitchLines SwitchLines::restored(SwitchPattern commanded, std::span<const Line> lines) {
+  SwitchLines restored;
+  restored.commanded_ = commanded;
+  for (std::size_t c = 0; c < lines.size() && c < max_switches; ++c) {
+    restored.line_[c] = lines[c].states;
+    restored.age_[c] = lines[c].age;
+  }
+  return restored;
+}
+
 int SwitchLines::settled_after() const {
   int settled = 0;
   for (const std::int64_t line : line_) {

@@ -117,10 +117,20 @@ class SwitchLines {
   int settled_after() const;
   SwitchPattern commanded() const { return commanded_; }
 
+  /// One switch as it is kept: its line of effective states and the steps since its command last changed.
+  struct Line {
+    std::int64_t states = 0;
+    int age = max_age;
+  };
+  Line line(std::size_t c) const { return {line_[c], age_[c]}; }
+  /// The lines of a record: line(c) gives `lines`[c], every further switch is off and free to change.
+  static SwitchLines restored(SwitchPattern commanded, std::span<const Line> lines);
+  /// Beyond this an age says no more.
+  static constexpr int max_age = 1 << 20;
+
   bool operator==(const SwitchLines&) const = default;
 
  private:
-  static constexpr int max_age = 1 << 20;
   std::array<std::int64_t, max_switches> line_{};
   std::array<int, max_switches> age_{max_age, max_age, max_age, max_age, max_age, max_age, max_age, max_age};
   SwitchPattern commanded_ = 0;

@@ -21,5 +21,6 @@ void add_reproduce(CLI::App& app, int& exit_code);
 void add_plot(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_scaling(CLI::App& app, int& exit_code);
+void add_profile(CLI::App& app, int& exit_code);
 
 }  // namespace solenoid

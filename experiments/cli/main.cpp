@@ -38,6 +38,7 @@ int run(int argc, char** argv) {
   solenoid::add_plot(app, exit_code);
   solenoid::add_check(app, exit_code);
   solenoid::add_scaling(app, exit_code);
+  solenoid::add_profile(app, exit_code);
   if (argc < 2) {
     solenoid::write_standard_output(app.help());
     return solenoid::success;

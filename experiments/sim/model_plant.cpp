@@ -19,6 +19,10 @@ ModelPlant::ModelPlant(const ActuatorParameters& parameters, const std::string& 
 }
 
 Sensors ModelPlant::read(double time_s) noexcept {
+  if (time_s >= push_at_s_) {
+    state_[velocity] += push_speed_m_s_;
+    push_at_s_ = std::numeric_limits<double>::infinity();
+  }
   const auto due = static_cast<std::int64_t>(std::llround(time_s / tick_s));
   while (steps_done_ < due) advance_one_step();
   Sensors s{time_s, state_[position], state_[pressure_a], state_[pressure_b], state_, sensing_.ideal};

@@ -5,6 +5,7 @@
 #include "experiments/sim/model_sensing.hpp"
 #include "experiments/sim/simulated_plant.hpp"
 
+#include <limits>
 #include <random>
 
 namespace solenoid {
@@ -34,6 +35,11 @@ class ModelPlant final : public SimulatedPlant {
 
   /// An external force [N] on the slide from now on: what a test draws at random.
   void disturb(double force_n) noexcept { model_.set_load(model_.parameters().payload_mass_kg, force_n); }
+  /// A blow to come: at `time_s` the slide's velocity changes by `speed_m_s` at once.
+  void push_at(double time_s, double speed_m_s) noexcept {
+    push_at_s_ = time_s;
+    push_speed_m_s_ = speed_m_s;
+  }
 
   const ActuatorState& state() const { return state_; }
   double air_used_kg() const override { return air_kg_; }
@@ -51,6 +57,7 @@ class ModelPlant final : public SimulatedPlant {
   ActuatorState state_;
   SwitchLines lines_{0};
   double motor_force_n_ = 0.0, air_kg_ = 0.0;
+  double push_at_s_ = std::numeric_limits<double>::infinity(), push_speed_m_s_ = 0.0;
   std::int64_t steps_done_ = 0;
 };
 

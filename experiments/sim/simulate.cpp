@@ -14,7 +14,6 @@
 #include <fmt/format.h>
 
 namespace solenoid {
-
 ScenarioConfig read_scenario(TableReader& table) {
   ScenarioConfig s;
   s.name = table.text("name");
@@ -44,6 +43,12 @@ ScenarioConfig read_scenario(TableReader& table) {
                fmt::format("reaches from {:.4g} to {:.4g} m (allowed: inside the stroke, {:.4g} to {:.4g} m)", low,
                            high, unloaded.position_min_m(), unloaded.position_max_m()));
   s.duration_s = table.number_or("duration_s", s.trajectory.duration_s(), {0.0, 3600.0, true});
+  if (table.has("kick")) {
+    TableReader kick = table.table("kick");
+    s.kick = {kick.number("at_s", Range::non_negative()), kick.number("speed_m_s", Range::between(-5.0, 5.0))};
+    kick.finish();
+    if (s.plant != "model") table.fail("kick", "the twin takes none (allowed: plant = \"model\")");
+  }
   table.finish();
   return s;
 }
@@ -58,14 +63,17 @@ std::unique_ptr<SimulatedPlant> make_plant(const VariantConfig& variant, const S
   ActuatorParameters parameters = scenario.mismatch.applied_to(variant.believed);
   parameters.payload_mass_kg = scenario.payload_kg;
   parameters.plane = scenario.plane;
-  return std::make_unique<ModelPlant>(
+  auto plant = std::make_unique<ModelPlant>(
       parameters, variant.valves, start_m,
       ModelPlant::Sensing{scenario.ideal_sensing, scenario.noise, scenario.sensing_chain, {}, seed});
+  if (scenario.kick) plant->push_at(scenario.kick->at_s, scenario.kick->speed_m_s);
+  return plant;
 }
 
-RunResult simulate(const VariantConfig& variant, const ScenarioConfig& scenario, std::uint64_t seed) {
+RunResult simulate(const VariantConfig& variant, const ScenarioConfig& scenario, std::uint64_t seed,
+                   SolverWrapper* wrapper) {
   const std::unique_ptr<SimulatedPlant> plant = make_plant(variant, scenario, seed);
-  const auto controller = make_controller(variant, scenario.trajectory, scenario.plane);
+  const auto controller = make_controller(variant, scenario.trajectory, scenario.plane, wrapper);
   CommandLimits limits = make_limits(variant);
   const auto ticks = static_cast<std::int64_t>(std::llround(scenario.duration_s / tick_s));
   MemoryRecorder recorder(static_cast<std::size_t>(ticks));

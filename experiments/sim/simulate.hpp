@@ -7,12 +7,19 @@
 #include "experiments/twin/parameters.hpp"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace solenoid {
 
+class SolverWrapper;
 class TableReader;
+
+/// A blow to the plant's slide that the controller does not see coming: its velocity jumps.
+struct Kick {
+  double at_s = 0.0, speed_m_s = 0.0;
+};
 
 /// A task and the plant it is done on, as data: one [[scenario]] table.
 struct ScenarioConfig {
@@ -28,6 +35,7 @@ struct ScenarioConfig {
   bool ideal_sensing = true;   ///< controllers read the true state
   bool sensing_chain = false;  ///< raw potentiometer, spikes, Bessel filter and converters between plant and controller
   double duration_s = 8.0;
+  std::optional<Kick> kick;
 };
 
 /// Reads one scenario; the motion starts at the hanging equilibrium of the unloaded arm unless it says from_m. Throws
@@ -46,6 +54,8 @@ struct RunResult {
 
 /// One run on a fake clock: the control loop of the rig with a simulated plant. The same variant, scenario and seed
 /// give the same result to the last bit, solver times aside. Throws ConfigError for impossible combinations.
-RunResult simulate(const VariantConfig& variant, const ScenarioConfig& scenario, std::uint64_t seed);
+/// `wrapper` gets at the controller's solver.
+RunResult simulate(const VariantConfig& variant, const ScenarioConfig& scenario, std::uint64_t seed,
+                   SolverWrapper* wrapper = nullptr);
 
 }  // namespace solenoid

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/mpc/solver.hpp"
+#include "solvers/phases.hpp"
 #include "solvers/search/lane_inputs.hpp"
 
 #include <array>
@@ -30,7 +31,7 @@ struct TreeSearchSettings {
 ///
 /// All weights must be >= 0 and the model's consumption too: then the cost never falls along a sequence.
 template <HybridModel M>
-class BranchAndBound final : public Solver<M> {
+class BranchAndBound final : public Solver<M>, public PhaseTimed {
  public:
   explicit BranchAndBound(const TreeSearchSettings& settings = {}, const RolloutKernel<M>& kernel = rollout_kernel<M>())
       : settings_(settings), kernel_(kernel) {}
@@ -67,6 +68,8 @@ class BranchAndBound final : public Solver<M> {
     report_.time_us = std::chrono::duration<double, std::micro>(Deadline::Clock::now() - start).count();
     return report_;
   }
+
+  void time_phases(PhaseTimes* into) noexcept override { phases_ = into; }
 
  private:
   struct Node {
@@ -207,6 +210,7 @@ class BranchAndBound final : public Solver<M> {
       for (int p = 0; p < inputs_.pieces; ++p)
         for (auto& row : inputs_.piece[static_cast<std::size_t>(p)].value) row[to] = row[from];
     });
+    const PhaseScope timed(phases_, Phase::rollout);
     const double cutoff = settings_.prune ? report_.cost : Bounds<M>::infinity;
     kernel_.roll(problem, {planned_.data(), first_step_[b], problem.horizon.blocks[b], cutoff}, inputs_, lanes_);
   }
@@ -247,6 +251,7 @@ class BranchAndBound final : public Solver<M> {
   void raise_bounds(const Problem<M>& problem, std::size_t b) noexcept {
     if (kernel_.enclose == nullptr || settings_.enclosure_steps == 0) return;
     if (problem.horizon.blocks[b - 1] < timing_.longest_delay) return;
+    const PhaseScope timed(phases_, Phase::bound);
     Level& level = levels_[b];
     const int first = first_step_[b];
     const int length = std::min(settings_.enclosure_steps, static_cast<int>(planned_.size()) - first);
@@ -343,6 +348,7 @@ class BranchAndBound final : public Solver<M> {
   }
 
   TreeSearchSettings settings_;
+  PhaseTimes* phases_ = nullptr;
   RolloutKernel<M> kernel_;
   SwitchTiming timing_;
   LaneInputBuilder<M> builder_;

@@ -1,0 +1,66 @@
+#pragma once
+
+#include "core/mpc/solver.hpp"
+
+#include <memory>
+#include <vector>
+
+namespace solenoid {
+
+/// A solve as it was posed.
+template <HybridModel Model>
+struct PosedInstance {
+  std::int64_t solve = 0;  ///< which of the solver's solves, from 0
+  StateOf<Model> initial{};
+  SwitchLines lines;
+  std::vector<OutputOf<Model>> reference, setpoint;
+  Plan<Model> warm_start;
+};
+
+/// A solver that lets another do the work and keeps copies of what it was asked: every `every`th solve, at most
+/// `capacity` of them, in storage sized by prepare.
+template <HybridModel Model>
+class RecordingSolver final : public Solver<Model> {
+ public:
+  RecordingSolver(std::unique_ptr<Solver<Model>> inner, std::vector<PosedInstance<Model>>& into, std::size_t capacity,
+                  std::int64_t every = 1)
+      : inner_(std::move(inner)), into_(into), capacity_(capacity), every_(every) {}
+
+  void prepare(const Problem<Model>& problem) override {
+    inner_->prepare(problem);
+    PosedInstance<Model> empty;
+    empty.reference = problem.reference;
+    empty.setpoint = problem.setpoint;
+    empty.warm_start = Plan<Model>(problem);
+    into_.assign(capacity_, empty);
+    used_ = 0;
+    solves_ = 0;
+  }
+
+  Report solve(const Problem<Model>& problem, Plan<Model>& plan, Deadline deadline) noexcept override {
+    if (solves_ % every_ == 0 && used_ < into_.size()) {
+      PosedInstance<Model>& copy = into_[used_++];
+      copy.solve = solves_;
+      copy.initial = problem.initial;
+      copy.lines = problem.lines;
+      copy.reference = problem.reference;
+      copy.setpoint = problem.setpoint;
+      copy.warm_start.modes = plan.modes;
+      copy.warm_start.continuous = plan.continuous;
+    }
+    ++solves_;
+    return inner_->solve(problem, plan, deadline);
+  }
+
+  bool real_time() const override { return inner_->real_time(); }
+  /// Instances kept since prepare: the first of the storage.
+  std::size_t kept() const { return used_; }
+
+ private:
+  std::unique_ptr<Solver<Model>> inner_;
+  std::vector<PosedInstance<Model>>& into_;
+  std::size_t capacity_, used_ = 0;
+  std::int64_t every_, solves_ = 0;
+};
+
+}  // namespace solenoid

@@ -1,0 +1,148 @@
+#include "controllers/timing.hpp"
+#include "core/config/reader.hpp"
+#include "experiments/campaign/campaign.hpp"
+#include "experiments/campaign/files.hpp"
+#include "experiments/campaign/interrupt.hpp"
+#include "experiments/cli/commands.hpp"
+#include "experiments/profile/profile_report.hpp"
+#include "experiments/profile/record.hpp"
+#include "experiments/profile/shipped_instances.hpp"
+#include "experiments/report/text_table.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+namespace solenoid {
+namespace {
+
+struct Options {
+  std::string campaign, instances, record, save, against, svg, png, format = "table";
+  Selection selection;
+  std::size_t per_variant = 700;
+  std::vector<double> budgets_ms;
+  double threshold = 1.2;
+  ProfileOptions profile;
+};
+
+/// The instances to replay, recorded or read, and where they are from.
+InstanceSet instances_of(const Options& options, std::string& source) {
+  if (!options.campaign.empty() || !options.record.empty()) {
+    const std::string name = options.campaign.empty() ? "profile" : options.campaign;
+    source = fmt::format("instances recorded from campaign {}", name);
+    std::fprintf(stderr, "profile: recording closed loops\n");
+    return record_instances(read_campaign(name, options.selection), options.per_variant);
+  }
+  const bool shipped = options.instances.empty();
+  source = shipped ? "the shipped instances" : options.instances;
+  return shipped ? parse_instances(shipped_instance_bytes(), shipped_instances_name)
+                 : read_instances(options.instances);
+}
+
+/// Leaves only the variants asked for.
+void select_variants(const std::vector<std::string>& wanted, InstanceSet& set) {
+  if (wanted.empty()) return;
+  std::vector<std::string> names;
+  for (const VariantInstances& v : set.variants) names.push_back(v.name);
+  for (const std::string& name : wanted)
+    if (std::find(names.begin(), names.end(), name) == names.end())
+      throw ConfigError(
+          fmt::format("--variant: '{}' has no instances there (allowed: {})", name, fmt::join(names, ", ")));
+  std::erase_if(set.variants,
+                [&](const auto& v) { return std::find(wanted.begin(), wanted.end(), v.name) == wanted.end(); });
+}
+
+void show_progress(int pass, std::size_t settled, std::size_t variants) {
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  if (terminal) fmt::print(stderr, "\r\033[Kprofile: pass {}, {} of {} variants settled", pass, settled, variants);
+  if (terminal && settled == variants) fmt::print(stderr, "\r\033[K");
+  std::fflush(stderr);
+}
+
+/// The closed loops of the quality curve: the campaign's, or those the shipped instances come from.
+std::vector<QualityPoint> quality_of(const Options& options) {
+  if (options.budgets_ms.empty()) return {};
+  const Campaign campaign = read_campaign(options.campaign.empty() ? "profile" : options.campaign, options.selection);
+  std::fprintf(stderr, "profile: closed loops at %zu budgets\n", options.budgets_ms.size());
+  const auto points = quality_against_time(campaign, options.budgets_ms, options.profile.core, InterruptGuard::raised);
+  if (!options.svg.empty()) draw_quality(points, options.svg, FigureFormat::svg);
+  if (!options.png.empty()) draw_quality(points, options.png, FigureFormat::png);
+  return points;
+}
+
+std::string report(const ProfileResult& result, const std::string& format) {
+  if (format == "json") return profile_json(result, false);
+  if (format == "csv") return profile_csv(result);
+  return profile_text(result, colour_wanted());
+}
+
+int profile(Options options) {
+  const InterruptGuard guard;
+  ProfileResult result;
+  result.threshold = options.threshold;
+  Profile then;
+  if (!options.against.empty()) then = read_profile(options.against);
+  InstanceSet set = instances_of(options, result.source);
+  if (!options.record.empty()) write_file_atomically(options.record, instance_bytes(set));
+  select_variants(options.selection.variants, set);
+  options.profile.interrupted = InterruptGuard::raised;
+  options.profile.progress = show_progress;
+  result.profile = profile_instances(set, options.profile);
+  if (!result.profile.interrupted) result.quality = quality_of(options);
+  if (result.profile.interrupted || InterruptGuard::raised()) return interrupted;
+  if (!options.against.empty())
+    result.change = compare_profiles(result.profile, then, options.against, options.threshold);
+  if (!options.save.empty()) write_file_atomically(options.save, profile_json(result, true));
+  write_standard_output(report(result, options.format));
+  if (!result.change || !result.change->slower()) return success;
+  for (const VariantChange& c : result.change->variants)
+    if (c.slower) std::fprintf(stderr, "solenoid: %s is slower than in %s\n", c.name.c_str(), options.against.c_str());
+  return failure;
+}
+
+void add_measuring(CLI::App& command, Options& options) {
+  command.add_option("--core", options.profile.core, "core to run on; default: the last this process may use")
+      ->check(CLI::Range(0, 1023));
+  command.add_option("--passes", options.profile.passes, "passes over the instances; default: until figures settle")
+      ->check(CLI::Range(1, 10000));
+  command.add_option("--limit-ms", options.profile.limit_ms, "count misses at this too; default 1")
+      ->check(CLI::PositiveNumber);
+  command.add_option("--per-variant", options.per_variant, "instances to record of each variant; default 700")
+      ->check(CLI::Range(1, 1000000));
+  command.add_option("--budget", options.budgets_ms, "closed loops with every solve cut at these times [ms]")
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber);
+  CLI::Option* budget = command.get_option("--budget");
+  command.add_option("--svg", options.svg, "draw the quality curve as this SVG file")->needs(budget);
+  command.add_option("--png", options.png, "draw the quality curve as this PNG file")->needs(budget);
+}
+
+}  // namespace
+
+void add_profile(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("profile", "solver time on recorded problems, and where it goes");
+  CLI::Option* campaign =
+      command->add_option("campaign", options->campaign, "record the problems of this campaign; default: shipped ones");
+  CLI::Option* record = command->add_option("--record", options->record, "keep the recorded problems in this file");
+  command->add_option("--instances", options->instances, "replay this file of problems")
+      ->excludes(campaign)
+      ->excludes(record);
+  command->add_option("--variant", options->selection.variants, "only these variants")->delimiter(',');
+  command->add_option("--scenario", options->selection.scenarios, "only these scenarios of the campaign")
+      ->delimiter(',');
+  add_measuring(*command, *options);
+  command->add_option("--save", options->save, "keep this profile for a later --against");
+  command->add_option("--against", options->against, "compare with an earlier profile; exit code 1 if slower");
+  command->add_option("--threshold", options->threshold, "ratio that counts as slower; default 1.2")
+      ->check(CLI::Range(1.0, 1000.0));
+  command->add_option("--format", options->format, "table, json or csv, on standard output")
+      ->check(CLI::IsMember({"table", "json", "csv"}));
+  command->callback([options, &exit_code] { exit_code = profile(*options); });
+}
+
+}  // namespace solenoid

@@ -1,0 +1,174 @@
+#include "experiments/profile/profile.hpp"
+
+#include "controllers/timing.hpp"
+#include "experiments/campaign/files.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace solenoid {
+namespace {
+
+constexpr int least_passes = 8, most_passes = 60, settled_over = 4;
+constexpr double settled_within = 0.01;
+
+/// A variant's measurement under way.
+struct Course {
+  const VariantInstances* variant;
+  std::unique_ptr<Replay> replay;
+  std::vector<ReplaySample> now;
+  std::vector<double> last_us, off_us, on_us;
+  std::vector<ReplaySample> best;  // of the passes with phase timing
+  std::vector<std::array<double, 4>> history;
+  int passes = 0;
+
+  bool settled() const {
+    if (passes < least_passes) return false;
+    const auto& now_is = history.back();
+    const auto& was = history[history.size() - 1 - settled_over];
+    for (std::size_t i = 0; i < now_is.size(); ++i)
+      if (was[i] > now_is[i] * (1 + settled_within)) return false;
+    return true;
+  }
+};
+
+void off_pass(Course& c) {
+  c.replay->pass(false, c.now);
+  for (std::size_t i = 0; i < c.now.size(); ++i) {
+    c.last_us[i] = c.now[i].time_us;
+    c.off_us[i] = std::min(c.off_us[i], c.now[i].time_us);
+  }
+}
+
+void on_pass(Course& c) {
+  c.replay->pass(true, c.now);
+  for (std::size_t i = 0; i < c.now.size(); ++i) {
+    if (c.now[i].time_us >= c.on_us[i]) continue;
+    c.on_us[i] = c.now[i].time_us;
+    c.best[i] = c.now[i];
+  }
+}
+
+Percentiles percentiles_of(std::vector<double> sample) { return percentiles(sample); }
+
+/// Off and on in turns, each as often first as second.
+void measure_once(Course& c) {
+  if (c.passes % 2 == 0)
+    off_pass(c), on_pass(c);
+  else
+    on_pass(c), off_pass(c);
+  ++c.passes;
+  const Percentiles p = percentiles_of(c.off_us);
+  c.history.push_back({p.p50, p.p99, p.p999, percentiles_of(c.on_us).p50});
+}
+
+double mean(const std::vector<ReplaySample>& samples, double ReplaySample::*member) {
+  double sum = 0;
+  for (const ReplaySample& s : samples) sum += s.*member;
+  return sum / static_cast<double>(samples.size());
+}
+
+std::vector<std::size_t> histogram_of(const std::vector<double>& times_us) {
+  std::vector<std::size_t> bins;
+  for (const double t : times_us) {
+    const auto bin = static_cast<std::size_t>(std::max(0.0, std::floor(5 * std::log10(std::max(t, 1.0)) + 1e-12)));
+    if (bin >= bins.size()) bins.resize(bin + 1);
+    ++bins[bin];
+  }
+  return bins;
+}
+
+double overhead_percent(const Course& c, double p50_us) {
+  std::vector<double> added;
+  for (std::size_t i = 0; i < c.off_us.size(); ++i) added.push_back(c.on_us[i] - c.off_us[i]);
+  return p50_us > 0 ? 100 * percentiles(added).p50 / p50_us : 0.0;
+}
+
+int count_above(const std::vector<double>& times_us, double limit_us) {
+  return static_cast<int>(std::count_if(times_us.begin(), times_us.end(), [&](double t) { return t > limit_us; }));
+}
+
+VariantProfile conclude(const Course& c, const InstanceSet& set, double limit_ms) {
+  VariantProfile p;
+  p.name = c.variant->name;
+  InstanceSet alone{set.situations, {*c.variant}};
+  p.fingerprint = fingerprint(instance_bytes(alone));
+  p.passes = c.passes;
+  p.solve_us = c.off_us;
+  p.misses = count_above(c.off_us, 1e6 * period_s);
+  p.limit_misses = count_above(c.off_us, 1e3 * limit_ms);
+  p.histogram = histogram_of(c.off_us);
+  p.has_phases = c.replay->has_phases();
+  const ControllerCost cost = controller_cost(set, *c.variant);
+  p.estimate_us = cost.estimate_us;
+  p.prepare_us = cost.prepare_us;
+  if (c.best.empty()) return p;
+  p.rollout_us = mean(c.best, &ReplaySample::rollout_us);
+  p.factorisation_us = mean(c.best, &ReplaySample::factorisation_us);
+  p.bound_us = mean(c.best, &ReplaySample::bound_us);
+  p.other_us = mean(c.best, &ReplaySample::time_us) - p.rollout_us - p.factorisation_us - p.bound_us;
+  p.time_us = percentiles_of(c.off_us);
+  p.timed_us = percentiles_of(c.on_us);
+  p.overhead_percent = overhead_percent(c, p.time_us.p50);
+  p.one_pass_us = percentiles_of(c.last_us);
+  p.nodes = percentiles_of({c.replay->nodes().begin(), c.replay->nodes().end()});
+  p.plans_as_recorded = c.replay->plans_as_recorded();
+  p.proven_fraction = static_cast<double>(c.replay->proven()) / static_cast<double>(c.best.size());
+  return p;
+}
+
+std::vector<Course> start(const InstanceSet& set, const ProfileOptions& options) {
+  const double us_per_tick = measured_us_per_phase_tick();
+  std::vector<Course> courses;
+  for (const VariantInstances& v : set.variants) {
+    Course c{&v, make_replay(set, v, us_per_tick, options.wrapper), {}, {}, {}, {}, {}, {}};
+    const std::size_t n = v.records.size();
+    c.now.resize(n);
+    c.best.resize(n);
+    c.last_us.resize(n);
+    c.off_us.assign(n, 1e300);
+    c.on_us.assign(n, 1e300);
+    c.replay->pass(false, c.now);  // to warm up
+    courses.push_back(std::move(c));
+  }
+  return courses;
+}
+
+}  // namespace
+
+double histogram_edge_us(std::size_t i) { return std::pow(10.0, static_cast<double>(i) / 5); }
+
+Profile profile_instances(const InstanceSet& set, const ProfileOptions& options) {
+  const PinnedCore pinned(options.core);
+  std::vector<Course> courses = start(set, options);
+  Profile profile;
+  profile.core = pinned.core();
+  profile.limit_ms = options.limit_ms;
+  std::size_t settled = 0;
+  const int most = options.passes > 0 ? options.passes : most_passes;
+  for (int pass = 0; pass < most && settled < courses.size() && !profile.interrupted; ++pass) {
+    settled = 0;
+    for (Course& c : courses) {
+      const bool done = options.passes > 0 ? c.passes >= options.passes : c.settled();
+      if (!done && !profile.interrupted) measure_once(c);
+      settled += done;
+      profile.interrupted = profile.interrupted || options.interrupted();
+    }
+    if (options.progress) options.progress(pass + 1, settled, courses.size());
+  }
+  HardwareCounters counters;
+  profile.counters_missing = counters.reason();
+  for (Course& c : courses) {
+    if (c.passes == 0) continue;
+    VariantProfile p = conclude(c, set, options.limit_ms);
+    if (counters.available()) {
+      counters.start();
+      c.replay->pass(false, c.now);
+      p.counters = counters.stop();
+    }
+    profile.variants.push_back(std::move(p));
+  }
+  return profile;
+}
+
+}  // namespace solenoid

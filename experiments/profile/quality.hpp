@@ -1,0 +1,28 @@
+#pragma once
+
+#include "experiments/campaign/campaign.hpp"
+#include "experiments/report/figure.hpp"
+
+#include <functional>
+
+namespace solenoid {
+
+/// A variant's closed loops with every solve cut at a budget.
+struct QualityPoint {
+  std::string variant;
+  double budget_ms = 0.0;
+  double rmse_mm = 0.0;          ///< geometric mean of the true RMSE over scenarios and seeds
+  double proven_fraction = 0.0;  ///< of the solves, mean over runs
+  double late_fraction = 0.0;    ///< of the solves: ended more than 50 us after the budget
+  int unstable = 0;              ///< runs that ended with a state that is no number; not in rmse_mm
+};
+
+/// Runs the campaign's variants with each budget, one run after the other on one core (as of PinnedCore). A deadline is
+/// wall time: what else the machine does at the time shows.
+std::vector<QualityPoint> quality_against_time(const Campaign& campaign, const std::vector<double>& budgets_ms,
+                                               int core, const std::function<bool()>& interrupted);
+
+/// RMSE and share proven optimal against the budget, a line a variant. Throws as draw_figure.
+void draw_quality(const std::vector<QualityPoint>& points, const std::string& path, FigureFormat format);
+
+}  // namespace solenoid

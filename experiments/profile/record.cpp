@@ -1,0 +1,160 @@
+#include "experiments/profile/record.hpp"
+
+#include "controllers/instances/recording_solver.hpp"
+#include "controllers/timing.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+namespace solenoid {
+namespace {
+
+/// A reference this close to a window of the motion is that window [m, m/s]: rounding, no more.
+constexpr double window_tolerance = 1e-12;
+constexpr std::uint32_t longest_latency_ticks = ticks_per_period;
+
+std::string text_of(const toml::table& table) {
+  std::ostringstream text;
+  text << toml::toml_formatter{table, toml::format_flags::none};
+  return text.str();
+}
+
+/// The variant's table as the campaign has it, a file of parameters replaced by its content.
+std::string variant_toml(const Campaign& campaign, const std::string& name) {
+  const toml::table resolved = toml::parse(campaign.resolved_toml);
+  toml::table table = *resolved["variant"][name].as_table();
+  if (const auto* model = table.get("model") ? table.get("model")->as_string() : nullptr)
+    for (const InputFile& file : campaign.inputs)
+      if (file.name == model->get()) {
+        table.insert_or_assign("model", toml::parse(file.text));
+        break;
+      }
+  return text_of(table);
+}
+
+Situation situation_of(const ScenarioConfig& scenario, int horizon_steps) {
+  Situation s{scenario.name, scenario.plane, {}};
+  const auto ticks = static_cast<std::uint32_t>(std::llround(scenario.duration_s / tick_s));
+  const auto rows = ticks + static_cast<std::uint32_t>(horizon_steps) + longest_latency_ticks + 1;
+  for (std::uint32_t k = 0; k < rows; ++k) {
+    const ReferenceSample r = scenario.trajectory.at(k * tick_s);
+    s.rows.push_back({r.position, r.velocity});
+  }
+  return s;
+}
+
+template <class Row>
+bool is_window(const std::vector<Row>& rows, const Situation& s, std::uint32_t start, double offset_m) {
+  if (start + rows.size() > s.rows.size()) return false;
+  for (std::size_t j = 0; j < rows.size(); ++j) {
+    const auto& motion = s.rows[start + j];
+    if (!(std::abs(rows[j][0] - (motion[0] + offset_m)) <= window_tolerance)) return false;
+    if (!(std::abs(rows[j][1] - motion[1]) <= window_tolerance)) return false;
+  }
+  return true;
+}
+
+/// Sets start and offset of the window that the posed rows are, or keeps the rows.
+template <HybridModel Model>
+void keep_reference(const PosedInstance<Model>& posed, const Situation& s, InstanceRecord& r) {
+  const auto tick = static_cast<std::uint32_t>(posed.solve * ticks_per_period);
+  for (std::uint32_t start = tick + 1; start <= tick + 1 + longest_latency_ticks && start < s.rows.size(); ++start) {
+    const double shift = posed.reference[0][0] - s.rows[start][0];
+    const double offset_m = std::abs(shift) <= window_tolerance ? 0.0 : shift;
+    if (!is_window(posed.reference, s, start, offset_m) || !is_window(posed.setpoint, s, start - 1, 0.0)) continue;
+    r.start = start;
+    r.offset_m = offset_m;
+    return;
+  }
+  r.reference = posed.reference;
+  r.setpoint = posed.setpoint;
+}
+
+std::vector<double> forces(const std::vector<Vector<double, 1>>& continuous) {
+  std::vector<double> all;
+  for (const auto& u : continuous) all.push_back(u[0]);
+  return all;
+}
+
+/// Wraps the solver of whichever model the variant has in a recorder.
+class Recorder final : public SolverWrapper {
+ public:
+  Recorder(std::size_t capacity, std::int64_t every) : capacity_(capacity), every_(every) {}
+  std::unique_ptr<Solver<PneumaticActuator>> wrap(std::unique_ptr<Solver<PneumaticActuator>> solver) override {
+    return recording(std::move(solver), pneumatic);
+  }
+  std::unique_ptr<Solver<PrestabilisedActuator>> wrap(std::unique_ptr<Solver<PrestabilisedActuator>> solver) override {
+    return recording(std::move(solver), prestabilised);
+  }
+  std::vector<PosedInstance<PneumaticActuator>> pneumatic;
+  std::vector<PosedInstance<PrestabilisedActuator>> prestabilised;
+
+ private:
+  template <HybridModel Model>
+  std::unique_ptr<Solver<Model>> recording(std::unique_ptr<Solver<Model>> solver,
+                                           std::vector<PosedInstance<Model>>& into) {
+    return std::make_unique<RecordingSolver<Model>>(std::move(solver), into, capacity_, every_);
+  }
+  std::size_t capacity_;
+  std::int64_t every_;
+};
+
+/// Turns what a run posed into records and solves each once for its plan; instances without a plan are left out.
+template <HybridModel Model>
+void keep(const std::vector<PosedInstance<Model>>& posed, std::uint32_t situation, const InstanceSet& set,
+          VariantInstances& variant) {
+  Problem<Model> problem = make_problem<Model>(variant.config, set.situations[situation].plane);
+  const auto solver = make_solver<Model>(variant.config.solver);
+  solver->prepare(problem);
+  Plan<Model> plan(problem);
+  for (const PosedInstance<Model>& p : posed) {
+    InstanceRecord r;
+    r.situation = situation;
+    r.initial = p.initial;
+    r.lines = p.lines;
+    r.warm_modes = p.warm_start.modes;
+    r.warm_continuous = forces(p.warm_start.continuous);
+    keep_reference(p, set.situations[situation], r);
+    pose(set, r, problem, plan);
+    const Report report = solver->solve(problem, plan, Deadline::never());
+    if (!usable(report.status)) continue;
+    r.plan_modes = plan.modes;
+    r.plan_continuous = forces(plan.continuous);
+    r.plan_cost = report.cost;
+    r.plan_status = report.status;
+    variant.records.push_back(std::move(r));
+  }
+}
+
+}  // namespace
+
+InstanceSet record_instances(const Campaign& campaign, std::size_t per_variant) {
+  InstanceSet set;
+  int steps = 0;
+  for (const VariantConfig& v : campaign.variants) steps = std::max(steps, v.steps);
+  for (const ScenarioConfig& s : campaign.scenarios) set.situations.push_back(situation_of(s, steps));
+  const std::size_t runs = campaign.scenarios.size() * campaign.seeds.size();
+  const std::size_t per_run = std::max<std::size_t>(1, per_variant / runs);
+  for (VariantConfig v : campaign.variants) {
+    v.deadline_ms.reset();  // a plan that a clock cut short is nobody's yardstick
+    VariantInstances& variant =
+        set.variants.emplace_back(VariantInstances{v.name, variant_toml(campaign, v.name), v, {}});
+    for (std::size_t s = 0; s < campaign.scenarios.size(); ++s)
+      for (const std::uint64_t seed : campaign.seeds) {
+        const auto periods = static_cast<std::size_t>(std::ceil(campaign.scenarios[s].duration_s / period_s - 1e-9));
+        const std::size_t every = std::max<std::size_t>(1, periods / per_run);
+        Recorder recorder(std::min(per_run, (periods + every - 1) / every), static_cast<std::int64_t>(every));
+        simulate(v, campaign.scenarios[s], seed, &recorder);
+        const auto situation = static_cast<std::uint32_t>(s);
+        keep(recorder.pneumatic, situation, set, variant);
+        keep(recorder.prestabilised, situation, set, variant);
+      }
+  }
+  return set;
+}
+
+}  // namespace solenoid

@@ -1,0 +1,183 @@
+#include "experiments/profile/replay.hpp"
+
+#include "controllers/timing.hpp"
+#include "core/config/reader.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+
+#include <fmt/format.h>
+#include <sched.h>
+
+namespace solenoid {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double us_since(Clock::time_point begin) {
+  return std::chrono::duration<double, std::micro>(Clock::now() - begin).count();
+}
+
+template <HybridModel Model>
+class ReplayOf final : public Replay {
+ public:
+  ReplayOf(const InstanceSet& set, const VariantInstances& variant, double us_per_tick, SolverWrapper* wrapper)
+      : set_(set),
+        records_(variant.records),
+        us_per_tick_(us_per_tick),
+        problems_{make_problem<Model>(variant.config, Plane::vertical),
+                  make_problem<Model>(variant.config, Plane::horizontal)},
+        plan_(problems_[0]),
+        solver_(make_solver<Model>(variant.config.solver)),
+        timed_(dynamic_cast<PhaseTimed*>(solver_.get())),
+        nodes_(records_.size()) {
+    if (wrapper) solver_ = wrapper->wrap(std::move(solver_));
+    solver_->prepare(problems_[0]);
+  }
+
+  void pass(bool with_phases, std::span<ReplaySample> samples) noexcept override {
+    if (timed_) timed_->time_phases(with_phases ? &phases_ : nullptr);
+    same_ = proven_ = 0;
+    for (std::size_t i = 0; i < records_.size(); ++i) {
+      const InstanceRecord& record = records_[i];
+      Problem<Model>& problem = problems_[set_.situations[record.situation].plane == Plane::vertical ? 0 : 1];
+      pose(set_, record, problem, plan_);
+      phases_ = {};
+      const auto begin = Clock::now();
+      const Report report = solver_->solve(problem, plan_, Deadline::never());
+      samples[i] = {us_since(begin), phase(Phase::rollout), phase(Phase::factorisation), phase(Phase::bound)};
+      nodes_[i] = report.nodes;
+      same_ += same_plan(record, plan_);
+      proven_ += report.status == Status::optimal;
+    }
+    if (timed_) timed_->time_phases(nullptr);
+  }
+
+  std::span<const std::int64_t> nodes() const override { return nodes_; }
+  std::size_t plans_as_recorded() const override { return same_; }
+  std::size_t proven() const override { return proven_; }
+  bool has_phases() const override { return timed_ != nullptr; }
+
+ private:
+  double phase(Phase p) const noexcept {
+    return us_per_tick_ * static_cast<double>(phases_.ticks[static_cast<std::size_t>(p)]);
+  }
+
+  const InstanceSet& set_;
+  std::span<const InstanceRecord> records_;
+  double us_per_tick_;
+  std::array<Problem<Model>, 2> problems_;  // vertical, horizontal
+  Plan<Model> plan_;
+  std::unique_ptr<Solver<Model>> solver_;
+  PhaseTimed* timed_;
+  PhaseTimes phases_;
+  std::vector<std::int64_t> nodes_;
+  std::size_t same_ = 0, proven_ = 0;
+};
+
+/// Does nothing: what is left of a controller's step is the controller.
+template <HybridModel Model>
+class IdleSolver final : public Solver<Model> {
+ public:
+  void prepare(const Problem<Model>&) override {}
+  Report solve(const Problem<Model>&, Plan<Model>&, Deadline) noexcept override {
+    Report report;
+    report.status = Status::feasible;
+    return report;
+  }
+};
+
+class Idle final : public SolverWrapper {
+ public:
+  std::unique_ptr<Solver<PneumaticActuator>> wrap(std::unique_ptr<Solver<PneumaticActuator>>) override {
+    return std::make_unique<IdleSolver<PneumaticActuator>>();
+  }
+  std::unique_ptr<Solver<PrestabilisedActuator>> wrap(std::unique_ptr<Solver<PrestabilisedActuator>>) override {
+    return std::make_unique<IdleSolver<PrestabilisedActuator>>();
+  }
+};
+
+double median(std::vector<double>& sample) {
+  const auto middle = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 2);
+  std::nth_element(sample.begin(), middle, sample.end());
+  return *middle;
+}
+
+Trajectory motion_of(const Situation& s) {
+  std::vector<double> times, positions;
+  for (std::size_t k = 0; k < s.rows.size(); ++k) {
+    times.push_back(static_cast<double>(k) * tick_s);
+    positions.push_back(s.rows[k][0]);
+  }
+  Trajectory motion(s.rows.front()[0]);
+  return motion.through(std::move(times), std::move(positions));
+}
+
+}  // namespace
+
+std::unique_ptr<Replay> make_replay(const InstanceSet& set, const VariantInstances& variant, double us_per_phase_tick,
+                                    SolverWrapper* wrapper) {
+  if (variant.config.motor == "in_prediction")
+    return std::make_unique<ReplayOf<PrestabilisedActuator>>(set, variant, us_per_phase_tick, wrapper);
+  return std::make_unique<ReplayOf<PneumaticActuator>>(set, variant, us_per_phase_tick, wrapper);
+}
+
+double measured_us_per_phase_tick() {
+  const auto begin = Clock::now();
+  const std::uint64_t first = phase_ticks();
+  while (us_since(begin) < 20'000) {
+  }
+  const std::uint64_t ticks = phase_ticks() - first;
+  return us_since(begin) / static_cast<double>(ticks);
+}
+
+ControllerCost controller_cost(const InstanceSet& set, const VariantInstances& variant) {
+  if (variant.records.empty()) return {};
+  const Situation& situation = set.situations[variant.records.front().situation];
+  const InstanceRecord& record = variant.records.front();
+  Idle idle;
+  const auto controller = make_controller(variant.config, motion_of(situation), situation.plane, &idle);
+  constexpr int periods = 400;
+  std::vector<double> quiet, posing;
+  Sensors sensors{0.0, 0.0, record.initial[pressure_a], record.initial[pressure_b], {}, false};
+  for (int k = 0; k < periods * ticks_per_period;) {
+    const auto step = [&](int ticks) {
+      const auto begin = Clock::now();
+      for (int i = 0; i < ticks; ++i, ++k) {
+        sensors.time_s = k * tick_s;
+        sensors.position_m = situation.rows[static_cast<std::size_t>(k) % situation.rows.size()][0];
+        controller->step(sensors);
+      }
+      return us_since(begin);
+    };
+    posing.push_back(step(1));
+    quiet.push_back(step(ticks_per_period - 1) / (ticks_per_period - 1));
+  }
+  const double tick_us = median(quiet);
+  return {ticks_per_period * tick_us, std::max(0.0, median(posing) - tick_us)};
+}
+
+PinnedCore::PinnedCore(int core) {
+  cpu_set_t allowed;
+  CPU_ZERO(&allowed);
+  sched_getaffinity(0, sizeof allowed, &allowed);
+  before_.resize(sizeof allowed / sizeof(unsigned long));
+  std::memcpy(before_.data(), &allowed, sizeof allowed);
+  if (core < 0)
+    for (int c = 0; c < CPU_SETSIZE; ++c)
+      if (CPU_ISSET(static_cast<std::size_t>(c), &allowed)) core = c;
+  cpu_set_t one;
+  CPU_ZERO(&one);
+  if (core >= 0 && core < CPU_SETSIZE) CPU_SET(static_cast<std::size_t>(core), &one);
+  if (sched_setaffinity(0, sizeof one, &one) != 0)
+    throw ConfigError(
+        fmt::format("--core: {} is not a core this process may use (allowed: one of {})", core, CPU_COUNT(&allowed)));
+  core_ = core;
+}
+
+PinnedCore::~PinnedCore() {
+  sched_setaffinity(0, before_.size() * sizeof(unsigned long), reinterpret_cast<cpu_set_t*>(before_.data()));
+}
+
+}  // namespace solenoid
