@@ -127,7 +127,8 @@ void InteriorPoint<Kkt>::evaluate(Kkt& kkt) noexcept {
   // An exact step would have left exactly (1 - step) of the residuals; more means the linear solves lack digits.
   const double floor = settings_.tolerance;
   const bool short_of_digits = at_.dual > expected_dual_ + floor || at_.primal > expected_primal_ + floor;
-  if (short_of_digits) refinements_ = std::min(refinements_ + 1, settings_.refinement_steps);
+  refinements_ =
+      short_of_digits ? std::min(refinements_ + 1, settings_.refinement_steps) : std::max(refinements_ - 1, 0);
 }
 
 template <class Kkt>

@@ -267,7 +267,8 @@ void SparseKkt::adapt(double stationarity) noexcept {
 }
 
 void SparseKkt::stiffen() noexcept {
-  primal_shift_ *= 100.0, dual_shift_ *= 100.0;
+  constexpr double most = 1e-3;  // beyond this it would be another problem that is convex
+  primal_shift_ = std::min(100.0 * primal_shift_, most), dual_shift_ = std::min(100.0 * dual_shift_, most);
   scatter();
 }
 

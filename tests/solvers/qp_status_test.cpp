@@ -137,6 +137,7 @@ TEST(QpStatus, NumericalFailureOnANonconvexProblem) {
   SparseQp problem = two_variables();
   problem.p_matrix.coeffRef(0, 0) = -3.0;
   problem.p_matrix.coeffRef(1, 1) = -3.0;
+  problem.lower.setConstant(-HUGE_VAL), problem.upper.setConstant(HUGE_VAL), problem.g_lower.setConstant(-HUGE_VAL);
   EXPECT_EQ(to_string(run(problem).info.status), "numerical_failure");
 }
 
