@@ -6,7 +6,7 @@ install(TARGETS core solvers controllers EXPORT solenoidTargets ARCHIVE DESTINAT
 install(TARGETS solenoid_program RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 foreach(folder core solvers controllers)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/solenoid
-          FILES_MATCHING PATTERN "*.hpp")
+          FILES_MATCHING PATTERN "*.hpp" PATTERN "*.ipp")
 endforeach()
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/solenoid)
