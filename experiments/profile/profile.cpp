@@ -4,13 +4,17 @@
 #include "experiments/campaign/files.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <numeric>
 
 namespace solenoid {
 namespace {
 
-constexpr int least_passes = 8, most_passes = 60, settled_over = 4;
+constexpr int least_passes = 7, most_passes = 40, settled_over = 3;
 constexpr double settled_within = 0.01;
+constexpr double least_s = 4.0;        // of measuring: a slow spell of the machine is often longer than a second
+constexpr double cheap_pass_us = 5e4;  // such a variant is measured as long as the others are
 
 /// A variant's measurement under way.
 struct Course {
@@ -23,6 +27,7 @@ struct Course {
   int passes = 0;
 
   bool settled() const {
+    if (passes >= most_passes) return true;
     if (passes < least_passes) return false;
     const auto& now_is = history.back();
     const auto& was = history[history.size() - 1 - settled_over];
@@ -30,6 +35,7 @@ struct Course {
       if (was[i] > now_is[i] * (1 + settled_within)) return false;
     return true;
   }
+  bool cheap() const { return std::accumulate(last_us.begin(), last_us.end(), 0.0) < cheap_pass_us; }
 };
 
 void off_pass(Course& c) {
@@ -134,6 +140,26 @@ std::vector<Course> start(const InstanceSet& set, const ProfileOptions& options)
   return courses;
 }
 
+/// Round after round over the variants until all have settled, or have had their passes; false if interrupted.
+bool measure(std::vector<Course>& courses, const ProfileOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  const auto long_enough = [&] {
+    return std::chrono::steady_clock::now() - begin >= std::chrono::duration<double>(least_s);
+  };
+  for (int round = 1;; ++round) {
+    std::size_t settled = 0;
+    for (Course& c : courses) {
+      const bool done = options.passes > 0 ? c.passes >= options.passes : c.settled();
+      settled += done;
+      if (done && (options.passes > 0 || !c.cheap())) continue;
+      measure_once(c);
+      if (options.interrupted()) return false;
+    }
+    if (options.progress) options.progress(round, settled, courses.size());
+    if (settled == courses.size() && (options.passes > 0 || long_enough())) return true;
+  }
+}
+
 }  // namespace
 
 double histogram_edge_us(std::size_t i) { return std::pow(10.0, static_cast<double>(i) / 5); }
@@ -144,18 +170,7 @@ Profile profile_instances(const InstanceSet& set, const ProfileOptions& options)
   Profile profile;
   profile.core = pinned.core();
   profile.limit_ms = options.limit_ms;
-  std::size_t settled = 0;
-  const int most = options.passes > 0 ? options.passes : most_passes;
-  for (int pass = 0; pass < most && settled < courses.size() && !profile.interrupted; ++pass) {
-    settled = 0;
-    for (Course& c : courses) {
-      const bool done = options.passes > 0 ? c.passes >= options.passes : c.settled();
-      if (!done && !profile.interrupted) measure_once(c);
-      settled += done;
-      profile.interrupted = profile.interrupted || options.interrupted();
-    }
-    if (options.progress) options.progress(pass + 1, settled, courses.size());
-  }
+  profile.interrupted = !measure(courses, options);
   HardwareCounters counters;
   profile.counters_missing = counters.reason();
   for (Course& c : courses) {

@@ -48,7 +48,8 @@ struct Profile {
 
 /// Replays every variant's instances on one core: a pass to warm up, then passes with phase timing off and on, variant
 /// after variant, so that a slow spell of the machine meets all of them. A variant has settled when none of p50, p99,
-/// p99.9 and the overhead's medians has moved by more than 1 % over its last passes.
+/// p99.9 and the p50 with timing has fallen by more than 1 % over its last passes; cheap ones go on while others have
+/// not.
 Profile profile_instances(const InstanceSet& set, const ProfileOptions& options);
 
 /// Lower edge of histogram bin i: five bins a decade from 1 us.

@@ -13,6 +13,7 @@ run(${CMAKE_COMMAND} -G Ninja -S ${SOURCE} -B ${WORK}/build -DCMAKE_PREFIX_PATH=
     -DSANITIZE=${SANITIZE})
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/outside)
+run(${WORK}/build/instances ${SOURCE}/../../../experiments/instances/closed_loops.instances)
 run(${WORK}/build/fishing)
 
 # The page that explains how to add a system shows this very file.
