@@ -149,7 +149,7 @@ TEST(BranchAndBound, EqualsEnumerationWithDwellLimits) {
 }
 
 TEST(BranchAndBound, EqualsEnumerationOfNineToTheFourth) {
-  equal_to_enumeration<PrestabilisedActuator>("two_way", {2, 2, 4, 12}, 2e-8, 0.0, 200);
+  equal_to_enumeration<PrestabilisedActuator>("two_way", {2, 2, 4, 12}, 2e-8, 0.0, 1000);
 }
 
 TEST(LaneEnumeration, EqualsTheScalarSearchOnTheActuator) {
