@@ -26,6 +26,9 @@ enum OpeningIndex : std::size_t { fill_a = 0, exhaust_a = 1, fill_b = 2, exhaust
 ///
 /// step() is the explicit Euler method of the thesis (5.4) with three non-smooth corrections: a slide at rest stays
 /// while |applied force| <= F_sf; a velocity that would change its sign stops at zero; end stops are inelastic.
+///
+/// A prediction is one long chain of such steps, so the sums in it are grouped by what arrives last (the square root,
+/// the arm's sine): what matters is the longest way from one state to the next, not the number of operations.
 class PneumaticActuator {
  public:
   static constexpr std::size_t state_size = 4, switched_size = 4, continuous_size = 1, output_size = 2;
@@ -134,9 +137,11 @@ class PneumaticActuator {
   template <class S, class C>
   S velocity_after(const S& v, const S& applied, double dt, const Conditions<C>& c) const {
     using std::abs;
+    const S per_force(dt * c.inverse_mass);
+    const S glide = S(S(1.0) - per_force * S(c.viscous)) * v, coulomb = per_force * S(c.coulomb);
     const auto at_rest = v == S(0.0);
-    const S coulomb = select(select(at_rest, applied, v) < S(0.0), S(-c.coulomb), S(c.coulomb));
-    const S next = v + S(dt * c.inverse_mass) * (applied - (coulomb + S(c.viscous) * v));
+    const auto moves_back = (v < S(0.0)) | (at_rest & (applied < S(0.0)));
+    const S next = (glide + per_force * applied) - select(moves_back, S(-coulomb), coulomb);
     const auto reverses = S(v * next) < S(0.0);
     const auto sticks = at_rest & (S(abs(applied)) <= S(c.stiction));
     return select(reverses | sticks, S(0.0), next);
@@ -152,18 +157,18 @@ class PneumaticActuator {
   Vector<S, 4> step_under(const Vector<S, 4>& x, const Vector<S, 4>& opening, const Vector<S, 1>& motor, double dt,
                           const Conditions<C>& c) const {
     const auto& [y, v, pa, pb] = x;
-    const S heat_a = scaled_fill_flow<S>(S(heating_a_) * opening[fill_a], pa) +
-                     scaled_exhaust_flow<S>(S(heating_a_) * opening[exhaust_a], pa);
-    const S heat_b = scaled_fill_flow<S>(S(heating_b_) * opening[fill_b], pb) +
-                     scaled_exhaust_flow<S>(S(heating_b_) * opening[exhaust_b], pb);
-    const S length_a = S(dead_length_a_) + y, length_b = S(dead_length_b_) - y;
+    const S length_a = column_a<S>(y), length_b = column_b<S>(y);
     const S per_lengths = S(dt) / (length_a * length_b);  // one division for both chambers
     const S kv = S(ratio_) * v;
-    const S pa_next = pa + (heat_a - pa * kv) * (length_b * per_lengths);
-    const S pb_next = pb + (heat_b + pb * kv) * (length_a * per_lengths);
+    const S pa_next = pa + (scaled_fill_flow<S>(S(heating_a_) * opening[fill_a], pa) +
+                            (scaled_exhaust_flow<S>(S(heating_a_) * opening[exhaust_a], pa) - pa * kv)) *
+                               (length_b * per_lengths);
+    const S pb_next = pb + (scaled_fill_flow<S>(S(heating_b_) * opening[fill_b], pb) +
+                            (scaled_exhaust_flow<S>(S(heating_b_) * opening[exhaust_b], pb) + pb * kv)) *
+                               (length_a * per_lengths);
 
-    const S gravity = S(block_weight_) - S(c.gravity_amplitude) * sine_of_arm_angle<S>(y);
-    const S applied = cylinder_force<S>(pa, pb) + gravity + saturated_motor_force<S>(motor[0]) + S(c.external_force);
+    const S load = S(block_weight_ - atmosphere_force_ + c.external_force) + saturated_motor_force<S>(motor[0]);
+    const S applied = (S(area_a_) * pa - S(area_b_) * pb) + (load - S(c.gravity_amplitude) * sine_of_arm_angle<S>(y));
     const S v_free = velocity_after<S>(v, applied, dt, c);
     using std::max, std::min;
     const S y_free = y + S(dt) * v;

@@ -44,11 +44,11 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
     inputs_.reserve(builder_.most_pieces());
     lowest_.reserve(builder_.most_pieces());
     highest_.reserve(builder_.most_pieces());
-    group_ = std::max(1, max_lanes / problem.modes.size());
     levels_.assign(blocks, Level());
-    for (Level& level : levels_) level.nodes.resize(static_cast<std::size_t>(group_ * problem.modes.size()));
+    for (Level& level : levels_)
+      level.nodes.resize(static_cast<std::size_t>(std::max(max_lanes, problem.modes.size())));
     for (Level& level : levels_) level.order.resize(level.nodes.size());
-    for (Level& level : levels_) level.lines.resize(static_cast<std::size_t>(group_));
+    for (Level& level : levels_) level.lines.resize(max_lanes);
     planned_.resize(problem.reference.size());
     first_step_.resize(blocks);
     std::exclusive_scan(problem.horizon.blocks.begin(), problem.horizon.blocks.end(), first_step_.begin(), 0);
@@ -60,7 +60,7 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
     if (settings_.prune) adopt_incumbents(problem, plan);
     open_root(problem);
     bool complete = true;
-    while (complete && select_group()) {
+    while (complete && select_group(problem)) {
       complete = !deadline.passed();
       if (complete) expand(problem);
     }
@@ -129,23 +129,44 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
     depth_ = 0;
   }
 
-  /// Takes up to group_ best open nodes of the deepest level that has any into parents_; false when the tree is done.
-  bool select_group() noexcept {
+  /// Takes the best open nodes of the deepest level that has any, as many as have their children fit into the lanes,
+  /// into parents_; false when the tree is done.
+  bool select_group(const Problem<M>& problem) noexcept {
     parent_count_ = 0;
     for (;; --depth_) {
       Level& level = levels_[depth_];
-      while (level.next < level.count && parent_count_ < group_) {
+      int room = max_lanes;
+      for (; level.next < level.count; ++level.next) {
         const Node& node = level.nodes[static_cast<std::size_t>(level.order[static_cast<std::size_t>(level.next)])];
-        if (settings_.prune && report_.cost < node.bound) {
-          level.next = level.count;  // sorted: all others are worse
-          break;
-        }
-        ++level.next;
-        if (!hopeless(node)) parents_[static_cast<std::size_t>(parent_count_++)] = &node;
+        if (hopeless(node)) continue;
+        const int children = affordable_children(problem, node);
+        if (children > room && parent_count_ > 0) break;
+        if (children > 0) parents_[static_cast<std::size_t>(parent_count_++)] = &node;
+        room -= children;
       }
       if (parent_count_ > 0) return true;
       if (depth_ == 0) return false;
     }
+  }
+
+  /// The command in force when a node of the present depth begins its next block.
+  SwitchPattern commanded(const Problem<M>& problem, const Node& node) const noexcept {
+    return depth_ == 0 ? problem.lines.commanded() : problem.modes.pattern(node.modes[depth_ - 1]);
+  }
+
+  /// Whether a child after `changes` switch changes can still be as good as the incumbent: the node's bound says
+  /// nothing of switching to come. The margin covers the rounding of sums in another order.
+  bool affordable(const Problem<M>& problem, const Node& node, int changes) const noexcept {
+    if (!settings_.prune) return true;
+    return !((node.bound + problem.cost.switching * changes) * (1 - 1e-12) > report_.cost);
+  }
+
+  int affordable_children(const Problem<M>& problem, const Node& node) const noexcept {
+    const SwitchPattern before = commanded(problem, node);
+    int children = 0;
+    for (int mode = 0; mode < problem.modes.size(); ++mode)
+      children += affordable(problem, node, std::popcount(before ^ problem.modes.pattern(mode)));
+    return children;
   }
 
   /// Rolls every child of the selected parents.
@@ -169,7 +190,9 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
     for (int g = 0; g < parent_count_; ++g) {
       const auto i = static_cast<std::size_t>(g);
       for (int mode = 0; mode < problem.modes.size(); ++mode) {
-        if (!lines[i].may_command(problem.modes.pattern(mode), timing_)) continue;
+        const SwitchPattern pattern = problem.modes.pattern(mode);
+        if (!affordable(problem, *parents_[i], std::popcount(pattern ^ lines[i].commanded()))) continue;
+        if (!lines[i].may_command(pattern, timing_)) continue;
         if (lanes_.count == max_lanes) finish_lanes(problem, b, leaf), start_lanes(flight);
         add_lane(problem, *parents_[i], lines[i], mode);
         lane_source_[static_cast<std::size_t>(lanes_.count - 1)] = g;
@@ -263,7 +286,7 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
         const Node& node = level.nodes[static_cast<std::size_t>(from + lane)];
         for (std::size_t k = 0; k < M::state_size; ++k) boxes_.low[k][lane] = boxes_.high[k][lane] = node.state[k];
         boxes_.cost[lane] = node.cost;
-        builder_.hull(problem.modes.pattern(node.modes[b - 1]), lane, lowest_, highest_);
+        builder_.hull(problem.modes.pattern(node.modes[b - 1]), changes_left(problem, node), lane, lowest_, highest_);
       }
       pad_boxes();
       kernel_.enclose(problem, {planned_.data(), first, length, report_.cost}, lowest_, highest_, boxes_);
@@ -272,6 +295,12 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
         node.bound = std::max(node.cost, boxes_.cost[lane]);  // in this order: a box that is no number says nothing
       }
     }
+  }
+
+  /// The switch changes after which a completion of `node` is worse than the incumbent whatever else it does.
+  int changes_left(const Problem<M>& problem, const Node& node) const noexcept {
+    const double left = (report_.cost - node.cost) / problem.cost.switching * (1 + 1e-9);
+    return left < max_switches ? static_cast<int>(left) : static_cast<int>(max_switches);
   }
 
   void pad_boxes() noexcept {
@@ -363,7 +392,7 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
   std::vector<int> first_step_;
   std::array<std::uint8_t, max_tree_blocks> best_modes_{};
   std::size_t depth_ = 0;
-  int group_ = 1, parent_count_ = 0;
+  int parent_count_ = 0;
   bool numerical_failure_ = false;
   Report report_;
 };

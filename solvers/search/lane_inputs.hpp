@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <vector>
 
 namespace solenoid {
@@ -29,7 +30,7 @@ class LaneInputBuilder {
       edges_.insert(edges_.end(), {timing.rise[c], timing.fall[c]});
     std::ranges::sort(edges_);
     edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
-    prepare_hulls();
+    prepare_hulls(modes);
   }
 
   /// The most pieces that begin() can ask for.
@@ -60,10 +61,12 @@ class LaneInputBuilder {
     }
   }
 
-  /// Hulls of what can be in effect after a settled command of `pattern`, whatever is commanded from now on.
-  void hull(SwitchPattern pattern, int lane, LaneInputs<M>& lowest, LaneInputs<M>& highest) const {
+  /// Hulls of what can be in effect after a settled command of `pattern`, whatever is commanded from now on with at
+  /// most `changes` switch changes in all.
+  void hull(SwitchPattern pattern, int changes, int lane, LaneInputs<M>& lowest, LaneInputs<M>& highest) const {
+    const std::size_t budget = static_cast<std::size_t>(std::min(changes, timing_.switches));
     for (std::size_t k = 0; k < edges_.size(); ++k) {
-      const std::size_t at = pattern * edges_.size() + k;
+      const std::size_t at = (budget * points_.size() + pattern) * edges_.size() + k;
       write(hull_low_[at], lane, lowest.piece[k]);
       write(hull_high_[at], lane, highest.piece[k]);
     }
@@ -82,30 +85,52 @@ class LaneInputBuilder {
     return mask;
   }
 
-  void prepare_hulls() {
+  void prepare_hulls(const ModeSet& modes) {
     hull_low_.clear();
     hull_high_.clear();
-    for (SwitchPattern p = 0; p < points_.size(); ++p)
-      for (const int t : edges_) {
-        const SwitchPattern may_be_on = p | over(timing_.rise, t), may_be_off = ~p | over(timing_.fall, t);
-        SwitchedOf<M> low, high;
-        low.fill(Bounds<M>::infinity);
-        high.fill(-Bounds<M>::infinity);
-        for (SwitchPattern b = 0; b < points_.size(); ++b) {
-          if ((b & ~may_be_on) != 0 || (~b & ~may_be_off & (points_.size() - 1)) != 0) continue;
-          for (std::size_t i = 0; i < M::switched_size; ++i) {
-            low[i] = std::min(low[i], points_[b][i]);
-            high[i] = std::max(high[i], points_[b][i]);
-          }
-        }
-        hull_low_.push_back(low);
-        hull_high_.push_back(high);
+    for (int budget = 0; budget <= timing_.switches; ++budget)
+      for (SwitchPattern p = 0; p < points_.size(); ++p) {
+        const Reach reach = within(modes, p, budget);
+        for (const int t : edges_)
+          add_hull(p | (reach.on & over(timing_.rise, t)), ~p | (reach.off & over(timing_.fall, t)));
       }
+  }
+
+  /// Switches that can come to be on, and off.
+  struct Reach {
+    SwitchPattern on = 0, off = 0;
+  };
+
+  /// What `budget` switch changes can reach from pattern p, by way of the allowed patterns.
+  Reach within(const ModeSet& modes, SwitchPattern p, int budget) const {
+    Reach reach;
+    for (int m = 0; m < modes.size(); ++m) {
+      const SwitchPattern q = modes.pattern(m);
+      if (budget < timing_.switches && std::popcount(p ^ q) > budget) continue;
+      reach.on |= q;
+      reach.off |= ~q;
+    }
+    return reach;
+  }
+
+  void add_hull(SwitchPattern may_be_on, SwitchPattern may_be_off) {
+    SwitchedOf<M> low, high;
+    low.fill(Bounds<M>::infinity);
+    high.fill(-Bounds<M>::infinity);
+    for (SwitchPattern b = 0; b < points_.size(); ++b) {
+      if ((b & ~may_be_on) != 0 || (~b & ~may_be_off & (points_.size() - 1)) != 0) continue;
+      for (std::size_t i = 0; i < M::switched_size; ++i) {
+        low[i] = std::min(low[i], points_[b][i]);
+        high[i] = std::max(high[i], points_[b][i]);
+      }
+    }
+    hull_low_.push_back(low);
+    hull_high_.push_back(high);
   }
 
   SwitchTiming timing_;
   std::vector<int> edges_;  // delays at which a pattern can change after a command, ascending from 0
-  std::vector<SwitchedOf<M>> points_, hull_low_, hull_high_;
+  std::vector<SwitchedOf<M>> points_, hull_low_, hull_high_;  // hulls: budget-major, then pattern, then edge
 };
 
 }  // namespace solenoid

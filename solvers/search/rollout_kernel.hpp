@@ -136,55 +136,55 @@ template <HybridModel M, class Batch, int batches, bool constrained>
   Rows<Batch, M::state_size> x[batches];
   Rows<Batch, M::switched_size> s[batches];
   Batch cost[batches];
+#pragma GCC unroll 2
   for (int w = 0; w < batches; ++w) {
     x[w] = load_rows<Batch>(lanes.state, lane0 + w * width);
     cost[w] = Batch::load_aligned(&lanes.cost[lane0 + w * width]);
   }
   const Batch cutoff(span.cutoff);
   const auto load = [&](std::size_t p) {
+#pragma GCC unroll 2
     for (int w = 0; w < batches; ++w) s[w] = load_rows<Batch>(inputs.piece[p].value, lane0 + w * width);
   };
   const auto advance = [&](std::size_t j) {
+#pragma GCC unroll 2
     for (int w = 0; w < batches; ++w) {
       roll_step<M, Batch>(problem, j, s[w], span.planned[j], x[w], cost[w]);
       if constexpr (constrained) cost[w] = cost[w] + outside_bounds<M, Batch>(problem.bounds, x[w]);
     }
   };
   march<M>(span, inputs.begin, inputs.pieces, load, advance, [&] { return any_below(cost, cutoff); });
+#pragma GCC unroll 2
   for (int w = 0; w < batches; ++w) {
     store_rows<Batch>(x[w], lanes.state, lane0 + w * width);
     cost[w].store_aligned(&lanes.cost[lane0 + w * width]);
   }
 }
 
-/// Calls each(batches as a constant, first lane) for registers that cover `count` lanes, at most `most` at a time.
-template <class Batch, int most, class Each>
+/// Calls each(batches as a constant, first lane) for registers that cover `count` lanes, in pairs: two interleaved fill
+/// the divider, and more would stop early less often.
+template <class Batch, class Each>
 void for_registers(int count, Each each) {
   constexpr int width = static_cast<int>(Batch::size);
   int lane = 0;
-  for (int left = (count + width - 1) / width; left > 0;) {
-    if (most >= 4 && left >= 4) {
-      each(std::integral_constant<int, std::min(4, most)>{}, lane);
-      lane += 4 * width, left -= 4;
-    } else if (left >= 2) {
-      each(std::integral_constant<int, 2>{}, lane);
-      lane += 2 * width, left -= 2;
-    } else {
-      each(std::integral_constant<int, 1>{}, lane);
-      lane += width, left -= 1;
-    }
-  }
+  for (; count - lane > width; lane += 2 * width) each(std::integral_constant<int, 2>{}, lane);
+  if (lane < count) each(std::integral_constant<int, 1>{}, lane);
 }
 
-template <HybridModel M, class Batch>
+template <HybridModel M, class Batch, class Narrow>
 void roll(const Problem<M>& problem, const RollSpan<M>& span, const LaneInputs<M>& inputs, Lanes<M>& lanes) noexcept {
   const bool constrained = problem.bounds.constrain_state();
-  for_registers<Batch, 4>(lanes.count, [&](auto batches, int lane) {
+  const auto some = [&]<class Register>(auto batches, int lane, Register*) {
     if (constrained)
-      roll_some<M, Batch, batches, true>(problem, span, inputs, lanes, lane);
+      roll_some<M, Register, batches, true>(problem, span, inputs, lanes, lane);
     else
-      roll_some<M, Batch, batches, false>(problem, span, inputs, lanes, lane);
-  });
+      roll_some<M, Register, batches, false>(problem, span, inputs, lanes, lane);
+  };
+  if (lanes.count <= static_cast<int>(Narrow::size))  // half a register divides and takes roots in half the time
+    some(std::integral_constant<int, 1>{}, 0, static_cast<Narrow*>(nullptr));
+  else
+    for_registers<Batch>(lanes.count,
+                         [&](auto batches, int lane) { some(batches, lane, static_cast<Batch*>(nullptr)); });
 }
 
 /// Squared distance of the reference from the box of outputs, the box first widened by its rounding.
@@ -238,18 +238,20 @@ template <HybridModel M, class Batch, int batches>
 template <HybridModel M, class Batch>
 void enclose(const Problem<M>& problem, const RollSpan<M>& span, const LaneInputs<M>& lowest,
              const LaneInputs<M>& highest, Boxes<M>& boxes) noexcept {
-  for_registers<Batch, 2>(boxes.count, [&](auto batches, int lane) {
+  for_registers<Batch>(boxes.count, [&](auto batches, int lane) {
     enclose_some<M, Batch, batches>(problem, span, lowest, highest, boxes, lane);
   });
 }
 
 }  // namespace kernel_detail
 
-/// The kernel of one instruction set; instantiate it only in a translation unit compiled for that set.
-template <HybridModel M, class Arch>
+/// The kernel of one instruction set; instantiate it only in a translation unit compiled for that set. Few candidates
+/// go into a register of `NarrowArch`.
+template <HybridModel M, class Arch, class NarrowArch = Arch>
 RolloutKernel<M> make_rollout_kernel(const char* architecture) {
   using Batch = xsimd::batch<double, Arch>;
-  RolloutKernel<M> kernel{architecture, static_cast<int>(Batch::size), &kernel_detail::roll<M, Batch>, nullptr};
+  RolloutKernel<M> kernel{architecture, static_cast<int>(Batch::size),
+                          &kernel_detail::roll<M, Batch, xsimd::batch<double, NarrowArch>>, nullptr};
   if constexpr (HasEnclosure<M>) kernel.enclose = &kernel_detail::enclose<M, Batch>;
   return kernel;
 }

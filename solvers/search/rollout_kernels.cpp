@@ -9,7 +9,8 @@ template <class M, class Tag>
 std::vector<RolloutKernel<M>> runnable() {
   std::vector<RolloutKernel<M>> all = {kernels::baseline(Tag{})};
   if (__builtin_cpu_supports("avx2")) all.push_back(kernels::avx2(Tag{}));
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) all.push_back(kernels::avx512(Tag{}));
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
+    all.push_back(kernels::avx512(Tag{}));
   return all;
 }
 

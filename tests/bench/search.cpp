@@ -105,6 +105,28 @@ void blocks(const char* name, const char* valves, const std::vector<int>& period
           problem, search, all, full, repetitions, false);
 }
 
+/// How punctual a solve is that is told to stop: time over the deadline, of the instances that needed more.
+void deadline_overrun(double budget_us) {
+  auto problem = actuator_problem<PrestabilisedActuator>("two_way", {1, 1, 2, 2, 4, 10});
+  const auto all = instances(problem);
+  BranchAndBound<PrestabilisedActuator> search;
+  search.prepare(problem);
+  std::vector<double> over;
+  for (int r = 0; r < 5; ++r)
+    for (const auto& instance : all) {
+      instance.pose(problem);
+      Plan<PrestabilisedActuator> plan = instance.warm_start;
+      const Report report =
+          search.solve(problem, plan, Deadline::after(std::chrono::nanoseconds(static_cast<int>(1000 * budget_us))));
+      if (report.status == Status::deadline_reached) over.push_back(report.time_us - budget_us);
+    }
+  const Percentiles t = percentiles(over);
+  fmt::print(
+      "hybrid 9^6, deadline {:.0f} us: {} of {} solves stopped, late by us p50 {:.2f} p99 {:.2f} p99.9 {:.2f} max "
+      "{:.2f}\n",
+      budget_us, over.size(), 5 * all.size(), t.p50, t.p99, t.p999, t.max);
+}
+
 }  // namespace
 }  // namespace solenoid::test
 
@@ -118,6 +140,7 @@ int main() {
   fmt::print("kernel: {}, {} doubles a register\n", rollout_kernel<PneumaticActuator>().architecture,
              rollout_kernel<PneumaticActuator>().width);
   kernel_steps();
+  deadline_overrun(250);
   one_block("three_way");
   one_block("two_way");
   for (const double switching : {0.0, 2e-8}) {

@@ -168,18 +168,19 @@ TEST(Profile, JsonCsvAndTheGateOfTheProgram) {
   EXPECT_EQ(out.at("variants")[0].at("instances"), 700);
   EXPECT_FALSE(out.at("variants")[0].contains("solve_us"));
 
-  EXPECT_EQ(run_program(folder, some + "--against then.json").exit_code, 0);
+  // Factors far beyond what a busy machine does to a run: the gate's statistics have tests without a clock.
+  EXPECT_EQ(run_program(folder, some + "--against then.json --threshold 8").exit_code, 0);
   json then = json::parse(test::read_text(folder.file("then.json")));
-  for (json& t : then.at("variants")[1].at("solve_us")) t = t.get<double>() / 1.5;
+  for (json& t : then.at("variants")[1].at("solve_us")) t = t.get<double>() / 30;
   folder.write("fast.json", then.dump());
-  const Ended flagged = run_program(folder, some + "--against fast.json --format csv");
+  const Ended flagged = run_program(folder, some + "--against fast.json --threshold 8 --format csv");
   EXPECT_EQ(flagged.exit_code, 1);
   EXPECT_THAT(flagged.err, HasSubstr("nine_pd is slower"));
   EXPECT_THAT(flagged.err, testing::Not(HasSubstr("thesis_pd is slower")));
   const auto rows = test::read_csv(flagged.out);
   ASSERT_EQ(rows.size(), 2u);
   EXPECT_EQ(rows[1].at("name"), "nine_pd");
-  EXPECT_EQ(run_program(folder, some + "--against fast.json --threshold 3").exit_code, 0);
+  EXPECT_EQ(run_program(folder, some + "--against fast.json --threshold 90").exit_code, 0);
   for (const char* text : {"{", "{}", "{\"format\":\"solenoid-profile-1\",\"variants\":[{\"name\":1}]}"}) {
     folder.write("bad.json", text);
     const Ended bad = run_program(folder, some + "--against bad.json");

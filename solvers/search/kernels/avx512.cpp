@@ -4,10 +4,10 @@
 namespace solenoid::kernels {
 
 RolloutKernel<PneumaticActuator> avx512(PneumaticTag) {
-  return make_rollout_kernel<PneumaticActuator, xsimd::avx512f>("avx512");
+  return make_rollout_kernel<PneumaticActuator, xsimd::avx512f, xsimd::avx2>("avx512");
 }
 RolloutKernel<PrestabilisedActuator> avx512(PrestabilisedTag) {
-  return make_rollout_kernel<PrestabilisedActuator, xsimd::avx512f>("avx512");
+  return make_rollout_kernel<PrestabilisedActuator, xsimd::avx512f, xsimd::avx2>("avx512");
 }
 
 }  // namespace solenoid::kernels
