@@ -105,26 +105,34 @@ void blocks(const char* name, const char* valves, const std::vector<int>& period
           problem, search, all, full, repetitions, false);
 }
 
-/// How punctual a solve is that is told to stop: time over the deadline, of the instances that needed more.
+/// How punctual a solve is that is told to stop: time over the deadline, of the instances that needed more. The least
+/// of a few repetitions each is the solver's own lateness; all of them together have the machine's in it too.
 void deadline_overrun(double budget_us) {
   auto problem = actuator_problem<PrestabilisedActuator>("two_way", {1, 1, 2, 2, 4, 10});
   const auto all = instances(problem);
   BranchAndBound<PrestabilisedActuator> search;
   search.prepare(problem);
-  std::vector<double> over;
-  for (int r = 0; r < 5; ++r)
-    for (const auto& instance : all) {
+  std::vector<double> own, any;
+  for (const auto& instance : all) {
+    double least = 1e300;
+    for (int r = 0; r < 5; ++r) {
       instance.pose(problem);
       Plan<PrestabilisedActuator> plan = instance.warm_start;
-      const Report report =
-          search.solve(problem, plan, Deadline::after(std::chrono::nanoseconds(static_cast<int>(1000 * budget_us))));
-      if (report.status == Status::deadline_reached) over.push_back(report.time_us - budget_us);
+      const auto budget = std::chrono::nanoseconds(static_cast<int>(1000 * budget_us));
+      const Report report = search.solve(problem, plan, Deadline::after(budget));
+      if (report.status != Status::deadline_reached) continue;
+      least = std::min(least, report.time_us - budget_us);
+      any.push_back(report.time_us - budget_us);
     }
-  const Percentiles t = percentiles(over);
-  fmt::print(
-      "hybrid 9^6, deadline {:.0f} us: {} of {} solves stopped, late by us p50 {:.2f} p99 {:.2f} p99.9 {:.2f} max "
-      "{:.2f}\n",
-      budget_us, over.size(), 5 * all.size(), t.p50, t.p99, t.p999, t.max);
+    if (least < 1e300) own.push_back(least);
+  }
+  fmt::print("hybrid 9^6 with a deadline of {:.0f} us: {} of {} instances stopped\n", budget_us, own.size(),
+             all.size());
+  for (const auto& [what, late] : {std::pair{"least of 5 runs", own}, std::pair{"all runs", any}}) {
+    const Percentiles t = percentiles(late);
+    fmt::print("  late by us, {:15s} p50 {:6.2f} p99 {:8.2f} p99.9 {:8.2f} max {:8.2f}\n", what, t.p50, t.p99, t.p999,
+               t.max);
+  }
 }
 
 }  // namespace
