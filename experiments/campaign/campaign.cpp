@@ -1,5 +1,6 @@
 #include "experiments/campaign/campaign.hpp"
 
+#include "experiments/campaign/ensemble.hpp"
 #include "experiments/campaign/files.hpp"
 #include "experiments/campaign/library.hpp"
 #include "experiments/campaign/machine.hpp"
@@ -32,9 +33,9 @@ class Carrier {
  public:
   explicit Carrier(std::vector<InputFile>& inputs) : inputs_(inputs) {}
 
-  Carried carry(const Library::Entry& entry) {
-    toml::table moved = *entry.raw, keyed = *entry.raw;
-    rewrite(moved, keyed, std::filesystem::path(entry.document->path).parent_path());
+  Carried carry(const toml::table& table, const Document& document) {
+    toml::table moved = table, keyed = table;
+    rewrite(moved, keyed, std::filesystem::path(document.path).parent_path());
     return {moved, text_of(keyed)};
   }
 
@@ -161,7 +162,7 @@ class CampaignReader {
     for (const std::string& name : variant_names(library_, selection_)) {
       Library::Entry& entry = library_.variants().at(name);
       campaign_.variants.push_back(read_variant(entry.reader, name));
-      Carried carried = carrier_.carry(entry);
+      Carried carried = carrier_.carry(*entry.raw, *entry.document);
       variant_keys_.push_back(name + "\n" + carried.key);
       names.push_back(name);
       tables.insert(name, std::move(carried.table));
@@ -171,16 +172,34 @@ class CampaignReader {
   }
 
   void take_scenarios() {
-    toml::array tables;
     for (Library::Entry* entry : chosen_scenarios(library_, selection_)) {
-      campaign_.scenarios.push_back(read_scenario(entry->reader));
-      for (const VariantConfig& variant : campaign_.variants)
-        check_equilibrium(campaign_.scenarios.back(), variant, entry->reader.where("payload_kg"));
-      Carried carried = carrier_.carry(*entry);
-      scenario_keys_.push_back(carried.key);
-      tables.push_back(std::move(carried.table));
+      std::optional<Ensemble> ensemble;
+      if (entry->reader.has("ensemble")) {
+        TableReader table = entry->reader.table("ensemble");
+        ensemble = read_ensemble(table);
+        for (const char* key : {"payload_kg", "mismatch"})
+          if (entry->reader.has(key)) entry->reader.fail(key, "beside ensemble, which draws it (allowed: one of them)");
+      }
+      const ScenarioConfig scenario = read_scenario(entry->reader);
+      if (!ensemble) {
+        take_scenario(scenario, *entry, *entry->raw);
+        continue;
+      }
+      for (const toml::table& member : ensemble_scenarios(*ensemble, *entry->raw)) {
+        TableReader reader = TableReader::from_text(text_of(member), entry->document->path);
+        take_scenario(read_scenario(reader), *entry, member);
+      }
     }
-    resolved_.insert("scenario", std::move(tables));
+    resolved_.insert("scenario", std::move(scenario_tables_));
+  }
+
+  void take_scenario(const ScenarioConfig& scenario, Library::Entry& entry, const toml::table& table) {
+    campaign_.scenarios.push_back(scenario);
+    for (const VariantConfig& variant : campaign_.variants)
+      check_equilibrium(scenario, variant, entry.reader.where("payload_kg"));
+    Carried carried = carrier_.carry(table, *entry.document);
+    scenario_keys_.push_back(carried.key);
+    scenario_tables_.push_back(std::move(carried.table));
   }
 
   void cross() {
@@ -200,6 +219,7 @@ class CampaignReader {
   Campaign campaign_;
   Carrier carrier_{campaign_.inputs};
   toml::table resolved_;
+  toml::array scenario_tables_;
   std::vector<std::string> variant_keys_, scenario_keys_;
 };
 

@@ -47,7 +47,7 @@ struct Campaign {
 ///   include         other TOML files, relative to this one, or shipped ones by name
 ///   variants        names of shipped, included or own variants
 ///   seeds           whole numbers, default [1]
-///   [[scenario]]    tasks; those of included files come first
+///   [[scenario]]    tasks; those of included files come first; one with `ensemble` stands for as many as it draws
 ///   [variant.NAME]  own variants; they override included and shipped ones
 ///
 /// An included file lends its variants and scenarios, and its `variants` and `seeds` where this file has none.

@@ -4,6 +4,7 @@
 #include "experiments/campaign/run_campaign.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/report/comparison.hpp"
+#include "experiments/report/pareto.hpp"
 #include "experiments/report/text_table.hpp"
 
 #include <algorithm>
@@ -18,7 +19,7 @@ namespace {
 constexpr std::size_t most_rows = 80;  // of runs in a table nobody asked for
 
 struct Options {
-  std::string campaign = "default", format = "table";
+  std::string campaign = "default", format = "table", pareto;
   CampaignOptions run;
   Selection selection;
   bool details = false;
@@ -41,6 +42,7 @@ int compare(const Options& options) {
                  result.records.size(), campaign.runs.size(), result.folder.c_str());
     return interrupted;
   }
+  if (!options.pareto.empty()) draw_pareto(result.records, options.pareto);
   if (options.format != "table") std::fprintf(stderr, "Results: %s\n", result.folder.c_str());
   const auto failed = std::count_if(result.records.begin(), result.records.end(), [](auto& r) { return r.failed(); });
   if (failed > 0) std::fprintf(stderr, "solenoid: %td runs failed\n", failed);
@@ -61,6 +63,11 @@ void add_compare(CLI::App& app, int& exit_code) {
   command->add_option("--variant", options->selection.variants, "these variants in place of the campaign's")
       ->delimiter(',');
   command->add_option("--scenario", options->selection.scenarios, "only these scenarios")->delimiter(',');
+  command->add_option("--pareto", options->pareto, "draw error against switches and air into this .svg or .png")
+      ->check([](const std::string& path) {
+        const bool figure = path.ends_with(".svg") || path.ends_with(".png");
+        return figure ? std::string() : "'" + path + "' (allowed: a file ending in .svg or .png)";
+      });
   command->add_flag("--details", options->details, "every run below its scenario, however many");
   command->callback([options, &exit_code] { exit_code = compare(*options); });
 }

@@ -1,5 +1,6 @@
 #include "experiments/report/comparison.hpp"
 
+#include "experiments/campaign/ensemble.hpp"
 #include "experiments/report/ranking.hpp"
 #include "experiments/report/text_table.hpp"
 
@@ -44,26 +45,31 @@ std::string troubles(const RankedVariant& v) {
   return text;
 }
 
+constexpr std::size_t many = 20;  // scenarios from which on percentiles and intervals say something
+
 std::string summary_text(const Ranking& ranking, bool colour) {
   using V = RankedVariant;
   const std::vector<V>& rows = ranking.variants;
   const std::function<bool(const V&)> ranked = [](const V& v) { return v.ranked; };
-  const std::vector<std::vector<TextTable::Cell>> numbers = {
+  const bool spread = ranking.common_scenarios >= many;
+  std::vector<std::vector<TextTable::Cell>> numbers = {
       column(rows, ranked, [](const V& v) { return v.rmse_mm; }),
       column(rows, ranked, [](const V& v) { return v.worst_rmse_mm; }),
       column(rows, ranked, [](const V& v) { return v.switches_per_s; }),
       column(rows, ranked, [](const V& v) { return v.air_g; }),
       column(rows, ranked, [](const V& v) { return v.solve_p50_us; }),
       column(rows, ranked, [](const V& v) { return v.solve_p99_us; })};
-  TextTable table({{"rank"},
-                   {"variant", Align::left},
-                   {"RMSE mm"},
-                   {"worst mm"},
-                   {"switches/s"},
-                   {"air g"},
-                   {"solve p50 us"},
-                   {"p99 us"},
-                   {"failed"}});
+  std::vector<TextTable::Column> columns = {
+      {"rank"},  {"variant", Align::left}, {"RMSE mm"}, {"worst mm"}, {"switches/s"},
+      {"air g"}, {"solve p50 us"},         {"p99 us"},  {"failed"}};
+  if (spread) {
+    const auto after = [](auto& list, std::ptrdiff_t i) { return list.begin() + i; };
+    numbers.insert(after(numbers, 1), column(rows, ranked, [](const V& v) { return v.p95_rmse_mm; }));
+    numbers.insert(after(numbers, 1),
+                   unmarked(column(rows, ranked, [](const V& v) { return 100 * (v.rmse_margin - 1); })));
+    columns.insert(after(columns, 3), {{"+- %"}, {"95 % mm"}});
+  }
+  TextTable table(columns);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     std::vector<TextTable::Cell> cells = {{rows[i].ranked ? fmt::format("{}", i + 1) : "-"}, {rows[i].variant}};
     for (const auto& number : numbers) cells.push_back(number[i]);
@@ -106,11 +112,29 @@ std::string scenario_text(const std::vector<const RunRecord*>& runs, bool colour
                      table.text(colour));
 }
 
+/// The ranking over each ensemble of scenarios by itself.
+std::string ensembles_text(std::span<const RunRecord> records, bool colour) {
+  std::vector<std::pair<std::string, std::vector<RunRecord>>> ensembles;
+  for (const RunRecord& r : records) {
+    const std::string name = ensemble_name(r.scenario);
+    if (name == r.scenario) continue;
+    auto at = std::ranges::find(ensembles, name, &std::pair<std::string, std::vector<RunRecord>>::first);
+    if (at == ensembles.end()) at = ensembles.insert(at, {name, {}});
+    at->second.push_back(r);
+  }
+  std::string text;
+  for (const auto& [name, runs] : ensembles) {
+    const Ranking ranking = rank_variants(runs);
+    text += fmt::format("\n{}, {} plants\n{}", name, ranking.scenarios, summary_text(ranking, colour));
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string comparison_text(std::span<const RunRecord> records, bool details, bool colour) {
   const Ranking ranking = rank_variants(records);
-  std::string text = summary_text(ranking, colour);
+  std::string text = summary_text(ranking, colour) + ensembles_text(records, colour);
   for (std::size_t i = 0; details && i < records.size();) {
     std::vector<const RunRecord*> runs;
     for (const std::string& scenario = records[i].scenario; i < records.size() && records[i].scenario == scenario; ++i)
@@ -119,8 +143,9 @@ std::string comparison_text(std::span<const RunRecord> records, bool details, bo
   }
   return text + fmt::format(
                     "\n* best. RMSE: geometric mean of the true position error over {} of {} scenarios (those "
-                    "all ranked variants finished); switches/s and air: means; p50: median, p99: worst run.\n",
-                    ranking.common_scenarios, ranking.scenarios);
+                    "all ranked variants finished); switches/s and air: means; p50: median, p99: worst run.{}\n",
+                    ranking.common_scenarios, ranking.scenarios,
+                    ranking.common_scenarios < many ? "" : " +-: 95 % confidence interval of the mean.");
 }
 
 std::string comparison_json(std::span<const RunRecord> records) {

@@ -47,21 +47,33 @@ Names choose(std::map<std::string, Names>& finished) {
   return common;
 }
 
+/// Geometric mean with the normal interval of the mean logarithm, 95th percentile and worst.
+void summarise_errors(const std::vector<double>& rmse, RankedVariant& v) {
+  const auto n = static_cast<double>(rmse.size());
+  double sum = 0, squares = 0;
+  for (const double e : rmse) sum += std::log(e);
+  for (const double e : rmse) squares += (std::log(e) - sum / n) * (std::log(e) - sum / n);
+  v.rmse_mm = std::exp(sum / n);
+  v.rmse_margin = rmse.size() > 1 ? std::exp(1.96 * std::sqrt(squares / (n - 1) / n)) : 1.0;
+  std::vector<double> sorted = rmse;
+  std::ranges::sort(sorted);
+  v.p95_rmse_mm = sorted[static_cast<std::size_t>(std::ceil(0.95 * n)) - 1];
+  v.worst_rmse_mm = sorted.back();
+}
+
 void summarise(std::span<const RunRecord> records, const Names& common, RankedVariant& v) {
-  double log_sum = 0;
-  std::vector<double> medians;
+  std::vector<double> rmse, medians;
   for (const RunRecord& r : records) {
     if (r.variant != v.variant || !r.metrics || !common.contains(r.scenario)) continue;
     const Metrics& m = *r.metrics;
-    log_sum += std::log(std::max(m.rmse_mm, 1e-12));
-    v.worst_rmse_mm = std::max(v.worst_rmse_mm, m.rmse_mm);
+    rmse.push_back(std::max(m.rmse_mm, 1e-12));
     v.switches_per_s += m.switches_per_s;
     v.air_g += m.air_g;
     v.solve_p99_us = std::max(v.solve_p99_us, m.solve_us.p99);
     medians.push_back(m.solve_us.p50);
   }
-  const auto n = static_cast<double>(medians.size());
-  v.rmse_mm = std::exp(log_sum / n);
+  const auto n = static_cast<double>(rmse.size());
+  summarise_errors(rmse, v);
   v.switches_per_s /= n;
   v.air_g /= n;
   v.solve_p50_us = percentiles(medians).p50;

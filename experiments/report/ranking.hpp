@@ -12,9 +12,10 @@ namespace solenoid {
 /// A variant over the scenarios that all ranked variants finished.
 struct RankedVariant {
   std::string variant;
-  bool ranked = false;  ///< false: it finished no scenario in common with the others
-  double rmse_mm = 0;   ///< geometric mean of the true RMSE over scenarios and seeds
-  double worst_rmse_mm = 0;
+  bool ranked = false;     ///< false: it finished no scenario in common with the others
+  double rmse_mm = 0;      ///< geometric mean of the true RMSE over scenarios and seeds
+  double rmse_margin = 1;  ///< its 95 % confidence interval is rmse_mm / margin to rmse_mm * margin
+  double p95_rmse_mm = 0, worst_rmse_mm = 0;
   double switches_per_s = 0;               ///< mean
   double air_g = 0;                        ///< mean
   double solve_p50_us = 0;                 ///< median of the runs' medians

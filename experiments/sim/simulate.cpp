@@ -28,6 +28,10 @@ ScenarioConfig read_scenario(TableReader& table) {
     s.mismatch = read_mismatch(mismatch);
   }
   s.noise = table.boolean_or("noise", false);
+  if (table.has("noise_factor")) {
+    if (s.plant != "twin") table.fail("noise_factor", "only the twin's sensors have it (allowed: plant = \"twin\")");
+    s.twin.sensing.scale_noise(table.number("noise_factor", Range::between(0.0, 10.0)));
+  }
   const std::string sensing = table.text_or("sensing", s.noise ? "measured" : "ideal", {"ideal", "measured", "chain"});
   s.ideal_sensing = sensing == "ideal";
   s.sensing_chain = sensing == "chain";

@@ -78,6 +78,13 @@ struct SensingEffects {
   double bessel_hz = 50.0;          ///< cut-off of the pressure filters; 0: none
   double pressure_span_pa = 210e3;  ///< gauge pressure at +5 V
   int converter_bits = 13;          ///< over +-5 V (MultiQ3); 0: no quantisation
+
+  /// White noise `factor` times as strong, spikes as many times as frequent.
+  void scale_noise(double factor) {
+    position_sigma_m *= factor;
+    pressure_sigma_pa *= factor;
+    spike_rate_hz *= factor;
+  }
 };
 
 enum class Integration { fixed, adaptive };
