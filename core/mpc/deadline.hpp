@@ -14,6 +14,12 @@ class Deadline {
 
   explicit Deadline(Clock::time_point moment) : moment_(moment) {}
   bool passed() const { return moment_ != Clock::time_point::max() && Clock::now() >= moment_; }
+  /// The moment after `part` of the time that is left.
+  Deadline share(double part) const {
+    const auto now = Clock::now();
+    if (moment_ == Clock::time_point::max() || moment_ <= now) return *this;
+    return Deadline(now + std::chrono::duration_cast<Clock::duration>(part * (moment_ - now)));
+  }
 
  private:
   Clock::time_point moment_;
