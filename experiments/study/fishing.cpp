@@ -94,6 +94,35 @@ FishingRow row_of(const Grid& grid) {
   return row;
 }
 
+/// Two switches of a plan on `intervals` equal ones, moved by single steps of a model 8 times finer. Returns the cost.
+double refined(const std::vector<int>& modes, FishingWithTwoSwitches& two) {
+  constexpr int finer = 8, steps = finer * fishing_model_steps, reach = 2;  // old intervals either side of a switch
+  const int length = steps / static_cast<int>(modes.size());
+  std::vector<int> blocks, fine_modes;
+  for (int k = 0; k < static_cast<int>(modes.size()); ++k) {
+    bool near = false;
+    for (int i = std::max(1, k - reach + 1); i <= std::min(k + reach, static_cast<int>(modes.size()) - 1); ++i)
+      near = near || modes[static_cast<std::size_t>(i)] != modes[static_cast<std::size_t>(i) - 1];
+    blocks.insert(blocks.end(), static_cast<std::size_t>(near ? length : 1), near ? 1 : length);
+    fine_modes.resize(blocks.size(), modes[static_cast<std::size_t>(k)]);
+  }
+  const auto problem = fishing_problem(12.0 / steps, blocks);
+  ModeSwaps<Fishing> swaps({.max_switches = 2});
+  swaps.prepare(problem);
+  Plan<Fishing> plan(problem);
+  plan.modes = fine_modes;
+  plan.outputs.resize(problem.reference.size());
+  swaps.improve(problem, plan, Deadline::never());
+  evaluate(problem, plan);
+  int at = 0;
+  two.from = two.to = 0.0;
+  for (std::size_t b = 0; b < blocks.size(); at += blocks[b++]) {
+    if (plan.modes[b] == 1 && (b == 0 || plan.modes[b - 1] == 0)) two.from = 12.0 * at / steps;
+    if (plan.modes[b] == 1) two.to = 12.0 * (at + blocks[b]) / steps;
+  }
+  return fishing_integral(problem, plan.outputs);
+}
+
 FishingWithTwoSwitches with_two_switches(const Grid& grid) {
   const auto start = Deadline::Clock::now();
   FishingWithTwoSwitches two;
@@ -105,10 +134,7 @@ FishingWithTwoSwitches with_two_switches(const Grid& grid) {
   two.approximated = grid.cost(modes);
   modes = grid.improved(modes, 2);
   two.improved = grid.cost(modes);
-  const double length = 12.0 / two.intervals;
-  const auto on = std::find(modes.begin(), modes.end(), 1);
-  two.from = length * static_cast<double>(on - modes.begin());
-  two.to = length * static_cast<double>(std::find(on, modes.end(), 0) - modes.begin());
+  two.refined = refined(modes, two);
   two.milliseconds = std::chrono::duration<double, std::milli>(Deadline::Clock::now() - start).count();
   return two;
 }
@@ -130,12 +156,15 @@ double fitted_order(const std::vector<FishingRow>& rows, double optimum) {
 FishingStudy study_fishing(const std::vector<int>& intervals, const std::function<void(const std::string&)>& progress,
                            const std::function<bool()>& stop) {
   FishingStudy study;
+  int two_switch_grid = 0;
+  for (const int count : intervals)
+    if (count <= 384) two_switch_grid = std::max(two_switch_grid, count);
   for (const int count : intervals) {
     if (stop()) break;
     progress(fmt::format("{} intervals", count));
     const Grid grid(count);
     study.rows.push_back(row_of(grid));
-    if (count == intervals.back()) study.two = with_two_switches(grid);
+    if (count == two_switch_grid) study.two = with_two_switches(grid);
   }
   if (study.rows.size() > 1) study.order = fitted_order(study.rows, study.rows.back().relaxed);
   return study;

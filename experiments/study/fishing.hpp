@@ -23,12 +23,13 @@ struct FishingRow {
   int iterations = 0;
 };
 
-/// The finest grid again, with two switches at most.
+/// The finest grid of at most 384 intervals again, with two switches at most.
 struct FishingWithTwoSwitches {
   int intervals = 0;
   double gap = 0.0, gap_bound = 0.0;  ///< of the integral approximation [units of time]
   double approximated = 0.0;          ///< its cost
-  double improved = 0.0;              ///< after moving the switches
+  double improved = 0.0;              ///< after mode swaps: the switches moved by intervals
+  double refined = 0.0;               ///< and then by steps of a model 8 times finer
   double from = 0.0, to = 0.0;        ///< fishing from and to
   double milliseconds = 0.0;
 };

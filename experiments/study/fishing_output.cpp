@@ -56,9 +56,9 @@ std::string fishing_text(const FishingStudy& study) {
   if (study.two.intervals > 0)
     text += fmt::format(
         "Two switches, {} intervals: {:.6f} by integral approximation (gap {:.4f}, proven >= {:.4f}), "
-        "{:.6f} once moved: fishing from {:.3f} to {:.3f}.\n",
+        "{:.6f} by mode swaps, {:.6f} on a finer model: fishing from {:.3f} to {:.3f}.\n",
         study.two.intervals, study.two.approximated, study.two.gap, study.two.gap_bound, study.two.improved,
-        study.two.from, study.two.to);
+        study.two.refined, study.two.from, study.two.to);
   return text;
 }
 
@@ -82,6 +82,7 @@ std::string fishing_json(const FishingStudy& study) {
                             {"gap_bound", t.gap_bound},
                             {"approximated", t.approximated},
                             {"improved", t.improved},
+                            {"refined", t.refined},
                             {"from", t.from},
                             {"to", t.to},
                             {"milliseconds", t.milliseconds}};

@@ -32,7 +32,9 @@ struct ProjectedGradientSettings {
 /// but the problem. Steps x + l (P(x - alpha g) - x), alpha by Barzilai and Borwein, l by a nonmonotone line search.
 ///
 /// The continuous inputs take part where they have finite bounds, and are left as they came elsewhere.
-/// status    optimal: stationary to the tolerance, among its neighbours    iteration_limit, deadline_reached: stopped
+/// status    optimal: stationary to the tolerance, among its neighbours    feasible: no step along the slope gains, at
+/// a
+///           kink of the physics    iteration_limit, deadline_reached: stopped
 ///           numerical_failure: the warm start has no finite cost
 /// promise   the best point met is left, never worse than the warm start; no allocation in solve
 template <HybridModel M>
@@ -107,7 +109,7 @@ class ProjectedGradient final : public RelaxedSolver<M> {
       if (deadline.passed()) return Status::deadline_reached;
       const double decrease = -find_step(problem, alpha);
       if (!(decrease > settings_.tolerance * std::abs(cost))) return Status::optimal;
-      if (!search_line(problem, *std::max_element(past.begin(), past.end()), decrease, cost)) return Status::optimal;
+      if (!search_line(problem, *std::max_element(past.begin(), past.end()), decrease, cost)) return Status::feasible;
       past[static_cast<std::size_t>(iterations) % memory] = cost;
       alpha = accept(problem);
     }
