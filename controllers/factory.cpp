@@ -2,6 +2,9 @@
 
 #include "controllers/mpc_controller.hpp"
 #include "core/actuator/valves.hpp"
+#include "solvers/minlp/bonmin.hpp"
+#include "solvers/rounding/projected_gradient.hpp"
+#include "solvers/rounding/relax_and_round.hpp"
 #include "solvers/search/branch_and_bound.hpp"
 #include "solvers/search/rollout_kernels.hpp"
 
@@ -22,11 +25,12 @@ Cost<Model> make_cost(const VariantConfig& v) {
   cost.terminal = {v.terminal_position_weight, v.terminal_velocity_weight};
   cost.switching = v.switching_weight;
   cost.consumption = v.air_weight;
+  cost.continuous = {v.motor_weight};
   return cost;
 }
 
 MotorLaw make_motor(const VariantConfig& v, const PneumaticActuator& model) {
-  if (v.motor == "pd" || v.motor == "in_prediction") return PdMotor(model, v.motor_gains);
+  if (v.motor == "pd" || v.predicts_motor()) return PdMotor(model, v.motor_gains);
   if (v.motor == "inverse_dynamics") return InverseDynamicsMotor(model, v.motor_gains);
   return NoMotor{};
 }
@@ -48,7 +52,7 @@ std::unique_ptr<Controller> make_mpc(const VariantConfig& v, const Trajectory& r
   Problem<Model> problem = make_problem<Model>(v, plane);
   MotorLaw motor = make_motor(v, problem.model);
   Estimator estimator(v.estimator, problem.model, v.estimation);
-  std::unique_ptr<Solver<Model>> solver = make_solver<Model>(v.solver);
+  std::unique_ptr<Solver<Model>> solver = make_solver<Model>(v);
   if (wrapper) solver = wrapper->wrap(std::move(solver));
   return std::make_unique<Mpc>(typename Mpc::Parts{std::move(problem), std::move(solver), reference, v.integral, motor,
                                                    v.deadline_ms, std::move(estimator), v.use_estimate,
@@ -60,24 +64,39 @@ std::unique_ptr<Controller> make_mpc(const VariantConfig& v, const Trajectory& r
 template <HybridModel Model>
 Problem<Model> make_problem(const VariantConfig& v, Plane plane) {
   const Model model = make_model<Model>(v, plane);
-  return {model, valve_modes(v.valves, model.parameters()), make_horizon(v), make_cost<Model>(v)};
+  // What a plan adds to the motor's law is the solver's to choose in joint plans, and nothing in others.
+  const double most = v.motor == "joint" ? 2.0 * model.parameters().motor_force_limit_n() : 0.0;
+  Bounds<Model> bounds;
+  bounds.continuous_lower = {-most};
+  bounds.continuous_upper = {most};
+  return {model, valve_modes(v.valves, model.parameters()), make_horizon(v), make_cost<Model>(v), bounds};
 }
 
 template <HybridModel Model>
-std::unique_ptr<Solver<Model>> make_solver(const std::string& name) {
+std::unique_ptr<Solver<Model>> make_solver(const VariantConfig& v) {
+  const std::string& name = v.solver;
   if (name == "exhaustive") return std::make_unique<BranchAndBound<Model>>(TreeSearchSettings{.prune = false});
   if (name == "branch_and_bound") return std::make_unique<BranchAndBound<Model>>();
+  if (name == "sum_up_rounding" || name == "cia") {
+    RelaxAndRoundSettings settings;
+    if (name == "cia") settings.method = RoundingMethod::integral_approximation;
+    settings.improve = v.rounding_improves;
+    auto relaxed = std::make_unique<ProjectedGradient<Model>>(
+        ProjectedGradientSettings{.most_iterations = v.relaxing_iterations, .tolerance = 1e-4});
+    return std::make_unique<RelaxAndRound<Model>>(std::move(relaxed), settings);
+  }
+  if (name == "bonmin") return std::make_unique<BonminSolver<Model>>();
   throw std::invalid_argument("solver '" + name + "' is not known");
 }
 
 template Problem<PneumaticActuator> make_problem(const VariantConfig&, Plane);
 template Problem<PrestabilisedActuator> make_problem(const VariantConfig&, Plane);
-template std::unique_ptr<Solver<PneumaticActuator>> make_solver(const std::string&);
-template std::unique_ptr<Solver<PrestabilisedActuator>> make_solver(const std::string&);
+template std::unique_ptr<Solver<PneumaticActuator>> make_solver(const VariantConfig&);
+template std::unique_ptr<Solver<PrestabilisedActuator>> make_solver(const VariantConfig&);
 
 std::unique_ptr<Controller> make_controller(const VariantConfig& v, const Trajectory& reference, Plane plane,
                                             SolverWrapper* wrapper) {
-  if (v.motor == "in_prediction") return make_mpc<PrestabilisedActuator>(v, reference, plane, wrapper);
+  if (v.predicts_motor()) return make_mpc<PrestabilisedActuator>(v, reference, plane, wrapper);
   return make_mpc<PneumaticActuator>(v, reference, plane, wrapper);
 }
 

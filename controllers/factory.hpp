@@ -25,13 +25,21 @@ std::unique_ptr<Controller> make_controller(const VariantConfig& variant, const 
                                             SolverWrapper* wrapper = nullptr);
 
 /// The problem a variant poses in each period, without state and reference. Model: PneumaticActuator, or
-/// PrestabilisedActuator for variants with the motor in the prediction.
+/// PrestabilisedActuator for variants with the motor in the prediction
+/// (predicts_motor()).
 template <HybridModel Model>
 Problem<Model> make_problem(const VariantConfig& variant, Plane plane);
 
-/// The variant's solver by name, one of VariantChoices::solvers().
+/// The variant's solver, one of VariantChoices::solvers().
 template <HybridModel Model>
-std::unique_ptr<Solver<Model>> make_solver(const std::string& name);
+std::unique_ptr<Solver<Model>> make_solver(const VariantConfig& variant);
+/// The solver of this name with the settings of a variant that says nothing more.
+template <HybridModel Model>
+std::unique_ptr<Solver<Model>> make_solver(const std::string& name) {
+  VariantConfig variant;
+  variant.solver = name;
+  return make_solver<Model>(variant);
+}
 
 /// The exit every command of this variant passes.
 CommandLimits make_limits(const VariantConfig& variant);

@@ -82,12 +82,19 @@ class MpcController final : public Controller {
   }
 
   double motor_force(const ReferenceSample& desired, const StateOf<Model>& x) const noexcept {
+    if constexpr (HasFeedback<Model>)
+      if (planned_n_ != 0.0) {  // a joint plan's share on top of the law, saturated together
+        const Model& model = parts_.problem.model;
+        const auto law = model.template feedback<double>(x, {desired.position, desired.velocity});
+        return model.template saturated_motor_force<double>(law[0] + planned_n_);
+      }
     return std::visit([&](const auto& law) { return law.force(desired, x); }, parts_.motor);
   }
 
   void release_plan() noexcept {
     if (due_tick_ != tick_) return;
     lines_.command(due_pattern_, timing_);
+    planned_n_ = due_planned_n_;
     due_tick_ = -1;
   }
 
@@ -112,6 +119,7 @@ class MpcController final : public Controller {
     d.solved = true;
     if (!usable(d.report.status)) return;
     due_pattern_ = problem.modes.pattern(plan_.modes.front());
+    due_planned_n_ = plan_.continuous.front()[0];
     due_tick_ = tick_ + latency;
   }
 
@@ -127,6 +135,7 @@ class MpcController final : public Controller {
   IntegralOffset offset_;
   std::int64_t tick_ = 0, due_tick_ = -1;
   SwitchPattern due_pattern_ = 0;
+  double planned_n_ = 0.0, due_planned_n_ = 0.0;  // a joint plan's motor force beside the law
 };
 
 }  // namespace solenoid

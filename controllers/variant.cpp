@@ -20,11 +20,11 @@ const std::vector<std::string>& VariantChoices::estimate_uses() {
   return names;
 }
 const std::vector<std::string>& VariantChoices::solvers() {
-  static const std::vector<std::string> names = {"exhaustive", "branch_and_bound"};
+  static const std::vector<std::string> names = {"exhaustive", "branch_and_bound", "sum_up_rounding", "cia", "bonmin"};
   return names;
 }
 const std::vector<std::string>& VariantChoices::motors() {
-  static const std::vector<std::string> names = {"none", "pd", "inverse_dynamics", "in_prediction"};
+  static const std::vector<std::string> names = {"none", "pd", "inverse_dynamics", "in_prediction", "joint"};
   return names;
 }
 
@@ -74,7 +74,16 @@ void read_cost(TableReader& table, VariantConfig& v) {
   v.air_weight = cost.number_or("air", v.air_weight, weight);
   v.terminal_position_weight = cost.number_or("terminal_position", v.terminal_position_weight, weight);
   v.terminal_velocity_weight = cost.number_or("terminal_velocity", v.terminal_velocity_weight, weight);
+  v.motor_weight = cost.number_or("motor", v.motor_weight, weight);
   cost.finish();
+}
+
+void read_rounding(TableReader& table, VariantConfig& v) {
+  if (!table.has("rounding")) return;
+  TableReader rounding = table.table("rounding");
+  v.rounding_improves = rounding.boolean_or("improve", v.rounding_improves);
+  v.relaxing_iterations = rounding.integer_or("iterations", v.relaxing_iterations, 0, 10000);
+  rounding.finish();
 }
 
 void read_integral(TableReader& table, VariantConfig& v) {
@@ -124,6 +133,11 @@ VariantConfig read_variant(TableReader& table, const std::string& name) {
   read_cost(table, v);
   read_integral(table, v);
   read_motor(table, v);
+  read_rounding(table, v);
+  if (v.motor == "joint" && (v.solver == "exhaustive" || v.solver == "branch_and_bound"))
+    table.fail("motor", fmt::format("'joint' needs a solver that chooses continuous inputs, not '{}' (allowed solvers: "
+                                    "sum_up_rounding, cia, bonmin)",
+                                    v.solver));
   table.finish();
   return v;
 }

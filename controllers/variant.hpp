@@ -34,12 +34,17 @@ struct VariantConfig {
   std::vector<int> blocks = {20};  ///< 5 ms periods each; empty: one block of all steps
   double position_weight = 1.0, velocity_weight = 0.0, switching_weight = 0.0, air_weight = 0.0;
   double terminal_position_weight = 0.0, terminal_velocity_weight = 0.0;
+  double motor_weight = 0.0;  ///< on the squared motor force that a joint plan adds to the law [1/N2]
   IntegralSettings integral;
   std::string motor = "none";
   MotorGains motor_gains;
+  bool rounding_improves = true;      ///< mode swaps and motor re-optimised after rounding
+  int relaxing_iterations = 15;       ///< of the relaxation before rounding
   std::optional<double> deadline_ms;  ///< budget of one solve; none: to the end
 
   bool hybrid() const { return motor != "none"; }
+  /// Whether the prediction has the motor's law in it: the model is then PrestabilisedActuator.
+  bool predicts_motor() const { return motor == "in_prediction" || motor == "joint"; }
 };
 
 /// Values a variant's keys may take, for checks and help.

@@ -155,7 +155,7 @@ struct Shape {
 };
 
 Shape shape_of(const VariantConfig& v) {
-  if (v.motor == "in_prediction") return Shape(make_problem<PrestabilisedActuator>(v, Plane::vertical));
+  if (v.predicts_motor()) return Shape(make_problem<PrestabilisedActuator>(v, Plane::vertical));
   return Shape(make_problem<PneumaticActuator>(v, Plane::vertical));
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <limits>
 
 namespace solenoid {
 
@@ -14,6 +15,17 @@ class Deadline {
 
   explicit Deadline(Clock::time_point moment) : moment_(moment) {}
   bool passed() const { return moment_ != Clock::time_point::max() && Clock::now() >= moment_; }
+  /// The moment after `part` of the time that is left.
+  Deadline share(double part) const {
+    const auto now = Clock::now();
+    if (moment_ == Clock::time_point::max() || moment_ <= now) return *this;
+    return Deadline(now + std::chrono::duration_cast<Clock::duration>(part * (moment_ - now)));
+  }
+  /// Time left [s]; infinity without a deadline.
+  double seconds_left() const {
+    if (moment_ == Clock::time_point::max()) return std::numeric_limits<double>::infinity();
+    return std::chrono::duration<double>(moment_ - Clock::now()).count();
+  }
 
  private:
   Clock::time_point moment_;

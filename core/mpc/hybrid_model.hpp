@@ -37,6 +37,24 @@ concept HasFeedback = requires(const M& model, const Vector<double, M::state_siz
   { model.template feedback<double>(state, setpoint) } -> std::same_as<Vector<double, M::continuous_size>>;
 };
 
+/// Optional: step() with its kinks and jumps rounded off, for solvers that follow derivatives; the model states the
+/// error. Plans found with it are judged by step().
+template <class M>
+concept HasSmoothStep = requires(const M& model, const Vector<double, M::state_size>& state,
+                                 const Vector<double, M::switched_size>& switched,
+                                 const Vector<double, M::continuous_size>& continuous, double dt) {
+  {
+    model.template smooth_step<double>(state, switched, continuous, dt)
+    } -> std::same_as<Vector<double, M::state_size>>;
+};
+
+/// Optional: typical changes of the states over a horizon, by which solvers scale; without it they take the states to
+/// be of order 1.
+template <class M>
+concept HasStateScale = requires(const M& model) {
+  { model.state_scale() } -> std::same_as<Vector<double, M::state_size>>;
+};
+
 /// Optional: an enclosure, from which searches derive lower bounds. Replaces the box [low, high] by one that holds the
 /// image under step() (with feedback, if there is one) of each of its points, for switched inputs anywhere in theirs.
 /// Outputs must not decrease with any state.

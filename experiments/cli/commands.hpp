@@ -22,5 +22,7 @@ void add_plot(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_scaling(CLI::App& app, int& exit_code);
 void add_profile(CLI::App& app, int& exit_code);
+void add_study(CLI::App& app, int& exit_code);
+void add_ledger(CLI::App& app, int& exit_code);
 
 }  // namespace solenoid

@@ -39,6 +39,8 @@ int run(int argc, char** argv) {
   solenoid::add_check(app, exit_code);
   solenoid::add_scaling(app, exit_code);
   solenoid::add_profile(app, exit_code);
+  solenoid::add_study(app, exit_code);
+  solenoid::add_ledger(app, exit_code);
   if (argc < 2) {
     solenoid::write_standard_output(app.help());
     return solenoid::success;

@@ -108,7 +108,7 @@ template <HybridModel Model>
 void keep(const std::vector<PosedInstance<Model>>& posed, std::uint32_t situation, const InstanceSet& set,
           VariantInstances& variant) {
   Problem<Model> problem = make_problem<Model>(variant.config, set.situations[situation].plane);
-  const auto solver = make_solver<Model>(variant.config.solver);
+  const auto solver = make_solver<Model>(variant.config);
   solver->prepare(problem);
   Plan<Model> plan(problem);
   for (const PosedInstance<Model>& p : posed) {

@@ -52,7 +52,7 @@ class ReplayOf final : public Replay {
         problems_{make_problem<Model>(variant.config, Plane::vertical),
                   make_problem<Model>(variant.config, Plane::horizontal)},
         plan_(problems_[0]),
-        solver_(make_solver<Model>(variant.config.solver)),
+        solver_(make_solver<Model>(variant.config)),
         timed_(dynamic_cast<PhaseTimed*>(solver_.get())),
         nodes_(records_.size()) {
     if (wrapper) solver_ = wrapper->wrap(std::move(solver_));
@@ -141,7 +141,7 @@ Trajectory motion_of(const Situation& s) {
 
 std::unique_ptr<Replay> make_replay(const InstanceSet& set, const VariantInstances& variant, double us_per_phase_tick,
                                     SolverWrapper* wrapper) {
-  if (variant.config.motor == "in_prediction")
+  if (variant.config.predicts_motor())
     return std::make_unique<ReplayOf<PrestabilisedActuator>>(set, variant, us_per_phase_tick, wrapper);
   return std::make_unique<ReplayOf<PneumaticActuator>>(set, variant, us_per_phase_tick, wrapper);
 }

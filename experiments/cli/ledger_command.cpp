@@ -1,0 +1,82 @@
+#include "core/config/reader.hpp"
+#include "experiments/campaign/files.hpp"
+#include "experiments/campaign/interrupt.hpp"
+#include "experiments/cli/commands.hpp"
+#include "experiments/ledger/ledger.hpp"
+#include "experiments/profile/shipped_instances.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+namespace solenoid {
+namespace {
+
+struct LedgerCommand {
+  LedgerOptions options;
+  std::string instances, format = "table";
+  std::vector<std::string> variants = {"nine_state", "nine_state_4"};
+};
+
+InstanceSet instances_of(const LedgerCommand& command) {
+  InstanceSet set = command.instances.empty() ? parse_instances(shipped_instance_bytes(), shipped_instances_name)
+                                              : read_instances(command.instances);
+  std::vector<std::string> names;
+  for (const VariantInstances& v : set.variants) names.push_back(v.name);
+  for (const std::string& wanted : command.variants)
+    if (std::find(names.begin(), names.end(), wanted) == names.end())
+      throw ConfigError(
+          fmt::format("--variant: '{}' has no instances there (allowed: {})", wanted, fmt::join(names, ", ")));
+  std::erase_if(set.variants, [&](const VariantInstances& v) {
+    return std::find(command.variants.begin(), command.variants.end(), v.name) == command.variants.end();
+  });
+  return set;
+}
+
+int ledger(LedgerCommand command) {
+  const InterruptGuard guard;
+  const InstanceSet set = instances_of(command);
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  command.options.stop = InterruptGuard::raised;
+  command.options.progress = [&](const std::string& variant, std::size_t done, std::size_t of) {
+    if (terminal) fmt::print(stderr, "\r\033[Kledger: {}, {} of {} states", variant, done, of);
+    if (terminal && done == of) fmt::print(stderr, "\r\033[K");
+    if (!terminal && done == of) fmt::print(stderr, "ledger: {}, {} states\n", variant, of);
+    std::fflush(stderr);
+  };
+  const auto kept = keep_ledger(set, command.options);
+  write_standard_output(command.format == "json"  ? ledger_json(kept)
+                        : command.format == "csv" ? ledger_csv(kept)
+                                                  : ledger_text(kept));
+  if (InterruptGuard::raised()) return interrupted;
+  for (const LedgerOfVariant& variant : kept)
+    if (!variant.violations.empty()) return failure;
+  return success;
+}
+
+}  // namespace
+
+void add_ledger(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<LedgerCommand>();
+  CLI::App* command =
+      app.add_subcommand("ledger", "optimality gaps of every kind of solver on the same recorded problems");
+  command->add_option("--instances", options->instances, "this file of problems; default: the shipped ones");
+  command->add_option("--variant", options->variants, "problems of these variants; default nine_state,nine_state_4")
+      ->delimiter(',');
+  command->add_option("--states", options->options.states, "recorded states a variant; default 200")
+      ->check(CLI::Range(1, 100000));
+  command->add_option("--bonmin", options->options.bonmin_states, "of these, how many Bonmin gets; default 20")
+      ->check(CLI::Range(0, 100000));
+  command->add_option("--bonmin-limit-s", options->options.bonmin_limit_s, "its time on each; default 5")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--format", options->format, "table, json or csv")
+      ->check(CLI::IsMember({"table", "json", "csv"}));
+  command->callback([options, &exit_code] { exit_code = ledger(*options); });
+}
+
+}  // namespace solenoid

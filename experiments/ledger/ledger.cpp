@@ -1,0 +1,178 @@
+#include "experiments/ledger/ledger.hpp"
+
+#include "core/actuator/valves.hpp"
+#include "core/config/reader.hpp"
+#include "core/mpc/relaxation.hpp"
+#include "solvers/minlp/bonmin.hpp"
+#include "solvers/rounding/projected_gradient.hpp"
+#include "solvers/rounding/relax_and_round.hpp"
+#include "solvers/search/branch_and_bound.hpp"
+#include "solvers/search/rollout_kernels.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace solenoid {
+namespace {
+
+constexpr double most_sequences = 1e6;
+/// Costs of one plan by different code may differ by rounding: this much, relative, is no violation.
+constexpr double rounding_allowance = 1e-12;
+
+double us_since(Deadline::Clock::time_point start) {
+  return std::chrono::duration<double, std::micro>(Deadline::Clock::now() - start).count();
+}
+
+template <HybridModel Model>
+class Keeper {
+ public:
+  Keeper(const InstanceSet& set, const VariantInstances& variant, const LedgerOptions& options)
+      : set_(set),
+        variant_(variant),
+        options_(options),
+        problem_(make_problem<Model>(variant.config, Plane::vertical)),
+        horizontal_(make_problem<Model>(variant.config, Plane::horizontal)),
+        grid_(control_grid(problem_.horizon, 0)),
+        warm_(problem_),
+        relaxed_(problem_, grid_) {
+    search_.prepare(problem_);
+    enumerate_.prepare(problem_);
+    relaxing_.prepare(problem_, grid_);
+    for (Rounder& r : rounders_) r.solver->prepare(problem_);
+    if (minlp::available() && options.bonmin_states > 0) bonmin_.prepare(problem_);
+  }
+
+  LedgerOfVariant run() {
+    LedgerOfVariant ledger{variant_.name, fmt::format("{}", fmt::join(problem_.horizon.blocks, "-")), {}, {}, 0};
+    const std::size_t all = variant_.records.size(), count = std::min(all, options_.states);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (options_.stop && options_.stop()) break;
+      const bool with_bonmin = (i * options_.bonmin_states) / count != ((i + 1) * options_.bonmin_states) / count;
+      ledger.states.push_back(keep((2 * i + 1) * all / (2 * count), with_bonmin));
+      check_chain(ledger.states.back(), ledger);
+      if (options_.progress) options_.progress(ledger.name, i + 1, count);
+    }
+    return ledger;
+  }
+
+ private:
+  using M = LedgerMethod;
+
+  LedgerState keep(std::size_t index, bool with_bonmin) {
+    const InstanceRecord& record = variant_.records[index];
+    Problem<Model>& problem = set_.situations[record.situation].plane == Plane::vertical ? problem_ : horizontal_;
+    pose(set_, record, problem, warm_);
+    LedgerState state;
+    state.record = index;
+    const auto entry = [&](M method) -> LedgerEntry& { return state.entries[static_cast<std::size_t>(method)]; };
+    Plan<Model> best = warm_;
+    Report report = search_.solve(problem, best, Deadline::never());
+    entry(M::branch_and_bound) = {report.status, true, evaluate(problem, best).cost, report.time_us};
+    state.bound = report.bound;
+    solve_plan(problem, enumerate_, entry(M::exhaustive));
+    hold(problem, entry(M::held));
+    for (Rounder& r : rounders_) solve_plan(problem, *r.solver, entry(r.method));
+    if (with_bonmin && minlp::available())
+      solve_plan(problem, bonmin_, entry(M::bonmin),
+                 Deadline::after(std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 * options_.bonmin_limit_s))));
+    relax_plan(problem, grid_, best, relaxed_);
+    report = relaxing_.solve(problem, relaxed_, Deadline::never());
+    entry(M::relaxed) = {report.status, true, report.cost, report.time_us};
+    return state;
+  }
+
+  /// Judged by evaluate(), whatever the solver says of itself.
+  void solve_plan(const Problem<Model>& problem, Solver<Model>& solver, LedgerEntry& entry,
+                  Deadline deadline = Deadline::never()) {
+    Plan<Model> plan = warm_;
+    const Report report = solver.solve(problem, plan, deadline);
+    entry = {report.status, true, evaluate(problem, plan).cost, report.time_us};
+  }
+
+  void hold(const Problem<Model>& problem, LedgerEntry& entry) {
+    const auto start = Deadline::Clock::now();
+    entry = {Status::feasible, true, Bounds<Model>::infinity, 0.0};
+    Plan<Model> plan = warm_;
+    for (int mode = 0; mode < problem.modes.size(); ++mode) {
+      std::fill(plan.modes.begin(), plan.modes.end(), mode);
+      entry.cost = std::min(entry.cost, evaluate(problem, plan).cost);
+    }
+    entry.time_us = us_since(start);
+  }
+
+  void check_chain(const LedgerState& state, LedgerOfVariant& ledger) {
+    const auto violated = [&](const std::string& what) { ledger.violations.push_back({state.record, what}); };
+    const LedgerEntry &bb = state.of(M::branch_and_bound), &all = state.of(M::exhaustive),
+                      &relaxed = state.of(M::relaxed);
+    const double allowance = rounding_allowance * bb.cost;
+    if (bb.status != Status::optimal) violated(fmt::format("branch and bound: {}", to_string(bb.status)));
+    if (bb.cost != all.cost)
+      violated(fmt::format("branch and bound {:.17g} is not exhaustive {:.17g}", bb.cost, all.cost));
+    if (relaxed.cost > bb.cost + allowance)
+      violated(fmt::format("relaxed {:.17g} above branch and bound {:.17g}", relaxed.cost, bb.cost));
+    ledger.relaxed_stationary += relaxed.status == Status::optimal;
+    for (std::size_t m = 0; m < ledger_methods; ++m) {
+      const LedgerEntry& entry = state.entries[m];
+      if (m == static_cast<std::size_t>(M::relaxed) || !entry.tried) continue;
+      if (!(entry.cost >= bb.cost - allowance))
+        violated(fmt::format("{} {:.17g} below branch and bound {:.17g}", to_string(static_cast<M>(m)), entry.cost,
+                             bb.cost));
+    }
+  }
+
+  struct Rounder {
+    LedgerMethod method;
+    std::unique_ptr<RelaxAndRound<Model>> solver;
+  };
+  Rounder rounder(LedgerMethod method, RoundingMethod rounding, bool improve) {
+    return {method, std::make_unique<RelaxAndRound<Model>>(
+                        std::make_unique<ProjectedGradient<Model>>(
+                            ProjectedGradientSettings{.most_iterations = 60, .tolerance = 1e-5}),
+                        RelaxAndRoundSettings{.method = rounding, .improve = improve, .keep_start = improve})};
+  }
+
+  const InstanceSet& set_;
+  const VariantInstances& variant_;
+  const LedgerOptions& options_;
+  Problem<Model> problem_, horizontal_;
+  RelaxedGrid grid_;
+  Plan<Model> warm_;
+  RelaxedPlan<Model> relaxed_;
+  BranchAndBound<Model> search_, enumerate_{{.prune = false}};
+  ProjectedGradient<Model> relaxing_{{.most_iterations = 300, .tolerance = 1e-6}};
+  std::array<Rounder, 4> rounders_{rounder(M::sum_up, RoundingMethod::sum_up, false),
+                                   rounder(M::sum_up_improved, RoundingMethod::sum_up, true),
+                                   rounder(M::cia, RoundingMethod::integral_approximation, false),
+                                   rounder(M::cia_improved, RoundingMethod::integral_approximation, true)};
+  BonminSolver<Model> bonmin_;
+};
+
+}  // namespace
+
+const char* to_string(LedgerMethod method) {
+  static constexpr const char* names[ledger_methods] = {"relaxed",          "held",       "sum_up",
+                                                        "sum_up_improved",  "cia",        "cia_improved",
+                                                        "branch_and_bound", "exhaustive", "bonmin"};
+  return names[static_cast<std::size_t>(method)];
+}
+
+std::vector<LedgerOfVariant> keep_ledger(const InstanceSet& set, const LedgerOptions& options) {
+  std::vector<LedgerOfVariant> ledger;
+  for (const VariantInstances& variant : set.variants) {
+    if (options.stop && options.stop()) break;
+    const auto modes = valve_modes(variant.config.valves, variant.config.believed).size();
+    const auto blocks = std::max<std::size_t>(1, variant.config.blocks.size());
+    if (variant.config.motor == "joint" || std::pow(modes, blocks) > most_sequences)
+      throw ConfigError(
+          fmt::format("ledger: variant '{}' has {} modes in {} blocks{} (allowed: at most {:.0f} sequences "
+                      "and no joint motor, for the exhaustive search)",
+                      variant.name, modes, blocks, variant.config.motor == "joint" ? ", joint" : "", most_sequences));
+    ledger.push_back(variant.config.predicts_motor() ? Keeper<PrestabilisedActuator>(set, variant, options).run()
+                                                     : Keeper<PneumaticActuator>(set, variant, options).run());
+  }
+  return ledger;
+}
+
+}  // namespace solenoid

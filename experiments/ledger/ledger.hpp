@@ -1,0 +1,73 @@
+#pragma once
+
+#include "controllers/instances/instance_set.hpp"
+
+#include <array>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace solenoid {
+
+/// What the ledger sets side by side, each on the same recorded problem.
+enum class LedgerMethod : std::uint8_t {
+  relaxed,          ///< the relaxed problem from the integer optimum: a local lower end, not a plan
+  held,             ///< one mode over the whole horizon, the thesis's DMPC
+  sum_up,           ///< relaxed from the warm start, rounded by summing up, re-simulated
+  sum_up_improved,  ///< and improved
+  cia,              ///< the same with the integral approximation
+  cia_improved,
+  branch_and_bound,
+  exhaustive,
+  bonmin,  ///< on some of the states, where it is built in
+};
+inline constexpr std::size_t ledger_methods = 9;
+const char* to_string(LedgerMethod method);
+
+struct LedgerEntry {
+  Status status = Status::numerical_failure;
+  bool tried = false;
+  double cost = 0.0;
+  double time_us = 0.0;
+};
+
+/// One recorded state: `bound` is what branch and bound has proven.
+struct LedgerState {
+  std::size_t record = 0;
+  double bound = 0.0;
+  std::array<LedgerEntry, ledger_methods> entries;
+  const LedgerEntry& of(LedgerMethod method) const { return entries[static_cast<std::size_t>(method)]; }
+  /// (cost - bound) / bound; negative for a relaxed cost below it.
+  double gap(LedgerMethod method) const { return (of(method).cost - bound) / bound; }
+};
+
+/// A link of the chain relaxed <= branch and bound = exhaustive <= every plan that does not hold.
+struct LedgerViolation {
+  std::size_t record = 0;
+  std::string what;
+};
+
+struct LedgerOfVariant {
+  std::string name, blocks;
+  std::vector<LedgerState> states;
+  std::vector<LedgerViolation> violations;
+  std::size_t relaxed_stationary = 0;  ///< relaxed solves that ended stationary to the tolerance
+};
+
+struct LedgerOptions {
+  std::size_t states = 200;        ///< a variant, spread evenly over its records
+  std::size_t bonmin_states = 20;  ///< of these
+  double bonmin_limit_s = 5.0;     ///< on each
+  std::function<void(const std::string&, std::size_t, std::size_t)> progress;  ///< variant, states done, of
+  std::function<bool()> stop;
+};
+
+/// Runs every method on the same states of each variant. Throws ConfigError for a variant whose exhaustive search would
+/// take more than a million sequences a state.
+std::vector<LedgerOfVariant> keep_ledger(const InstanceSet& set, const LedgerOptions& options);
+
+std::string ledger_text(const std::vector<LedgerOfVariant>& ledger);
+std::string ledger_json(const std::vector<LedgerOfVariant>& ledger);
+std::string ledger_csv(const std::vector<LedgerOfVariant>& ledger);
+
+}  // namespace solenoid

@@ -1,0 +1,215 @@
+#pragma once
+
+#include "core/mpc/deadline.hpp"
+#include "core/mpc/rollout.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <Eigen/Core>
+#include <unsupported/Eigen/AutoDiff>
+
+namespace solenoid {
+
+struct ContinuousRefinementSettings {
+  int most_iterations = 10;
+  double tolerance = 1e-6;  ///< relative decrease of the cost below which it ends
+};
+
+/// The continuous input of each block, best for the modes as they are: projected Gauss-Newton steps [Bertsekas 1982] on
+/// the residuals of cost.hpp over the box of problem.bounds, each accepted by the true cost.
+///
+///     minimise over u[b] in [continuous_lower, continuous_upper]    evaluate(plan).cost          [theory-rounding.md,
+///     s. 5]
+///
+/// The switch states are fixed by the modes, so only u moves the prediction. Derivatives are exact on the branch of the
+/// physics a state is on; a step that crosses a kink the wrong way is shortened or refused.
+/// promise   the cost never rises; u stays in its box; no allocation after prepare
+template <HybridModel M>
+class ContinuousRefinement {
+ public:
+  explicit ContinuousRefinement(const ContinuousRefinementSettings& settings = {}) : settings_(settings) {}
+
+  void prepare(const Problem<M>& problem) {
+    timing_ = SwitchTiming(problem.modes, problem.horizon.dt_s);
+    const auto n = static_cast<Eigen::Index>(M::continuous_size * problem.horizon.blocks.size());
+    hessian_.setZero(n, n);
+    factor_.setZero(n, n);
+    gradient_.setZero(n);
+    step_.setZero(n);
+    sensitivity_.setZero(nx, n);
+    next_sensitivity_.setZero(nx, n);
+    row_.setZero(n);
+    free_.assign(static_cast<std::size_t>(n), 1);
+    trial_ = Plan<M>(problem);
+  }
+
+  /// The report of evaluate() for the plan it leaves; its nodes are iterations. feasible: no further decrease;
+  /// iteration_limit, deadline_reached: stopped; else the plan that came had no finite cost and is unchanged.
+  Report refine(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept {
+    project(problem, plan);
+    Report report = evaluate(problem, plan);
+    if (report.status != Status::feasible || gradient_.size() == 0) return report;
+    std::copy(plan.modes.begin(), plan.modes.end(), trial_.modes.begin());
+    std::int64_t iterations = 0;
+    for (;; ++iterations) {
+      if (iterations == settings_.most_iterations) report.status = Status::iteration_limit;
+      if (deadline.passed()) report.status = Status::deadline_reached;
+      if (report.status != Status::feasible) break;
+      linearise(problem, plan);
+      find_step(problem, plan);
+      const double before = report.cost;
+      if (!search_along(problem, plan, report)) break;
+      if (before - report.cost <= settings_.tolerance * before) break;
+    }
+    report.nodes = iterations;
+    return report;
+  }
+
+ private:
+  static_assert(M::continuous_size > 0);
+  static constexpr int nx = M::state_size, nu = M::continuous_size;
+  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, nx + nu, 1>>;
+
+  static void project(const Problem<M>& problem, Plan<M>& plan) noexcept {
+    for (ContinuousOf<M>& u : plan.continuous)
+      for (std::size_t i = 0; i < M::continuous_size; ++i)
+        u[i] = std::min(std::max(u[i], problem.bounds.continuous_lower[i]), problem.bounds.continuous_upper[i]);
+  }
+
+  /// Half the gradient and half the Gauss-Newton Hessian of the cost in u, the sensitivities of the state carried along
+  /// the rollout.
+  void linearise(const Problem<M>& problem, const Plan<M>& plan) noexcept {
+    hessian_.setZero();
+    gradient_.setZero();
+    sensitivity_.setZero();
+    SwitchLines lines = problem.lines;
+    StateOf<M> x = problem.initial;
+    std::size_t j = 0;
+    for (std::size_t b = 0; b < plan.modes.size(); ++b) {
+      lines.command(problem.modes.pattern(plan.modes[b]), timing_);
+      for (int i = 0; i < problem.horizon.blocks[b]; ++i, ++j) {
+        SwitchedOf<M> switched;
+        std::ranges::copy(problem.modes.point(lines.effective(i)), switched.begin());
+        step_sensitivity(problem, j, switched, plan.continuous[b], b, x);
+        const bool last = j + 1 == problem.reference.size();
+        for (std::size_t z = 0; z < M::output_size; ++z)
+          add_residual(problem.cost.tracking[z] + (last ? problem.cost.terminal[z] : 0.0), problem, j, z, x);
+      }
+      lines.advance(problem.horizon.blocks[b]);
+      for (std::size_t i = 0; i < M::continuous_size; ++i) {
+        const auto at = static_cast<Eigen::Index>(b * M::continuous_size + i);
+        const double weight = problem.cost.continuous[i] * problem.horizon.blocks[b];
+        hessian_(at, at) += weight;
+        gradient_[at] += weight * plan.continuous[b][i];
+      }
+    }
+  }
+
+  void step_sensitivity(const Problem<M>& problem, std::size_t j, const SwitchedOf<M>& switched,
+                        const ContinuousOf<M>& planned, std::size_t b, StateOf<M>& x) noexcept {
+    Vector<Dual, M::state_size> state;
+    Vector<Dual, M::switched_size> s;
+    Vector<Dual, M::continuous_size> u{};
+    for (std::size_t i = 0; i < M::state_size; ++i) state[i] = Dual(x[i], nx + nu, static_cast<int>(i));
+    for (std::size_t i = 0; i < M::switched_size; ++i) s[i] = Dual(switched[i]);
+    if constexpr (HasFeedback<M>) u = problem.model.template feedback<Dual>(state, problem.setpoint[j]);
+    for (std::size_t i = 0; i < M::continuous_size; ++i) {
+      const Dual own(planned[i], nx + nu, nx + static_cast<int>(i));
+      u[i] = HasFeedback<M> ? Dual(u[i] + own) : own;
+    }
+    if constexpr (HasConsumption<M>) {
+      const double weight = 0.5 * problem.cost.consumption * problem.horizon.dt_s;
+      if (weight != 0.0)
+        gradient_ +=
+            weight * (problem.model.template consumption<Dual>(state, s).derivatives().template head<nx>().transpose() *
+                      sensitivity_)
+                         .transpose();
+    }
+    const auto next = problem.model.template step<Dual>(state, s, u, problem.horizon.dt_s);
+    const auto first = static_cast<Eigen::Index>(b * M::continuous_size);
+    for (int i = 0; i < nx; ++i) {
+      const auto& d = next[static_cast<std::size_t>(i)].derivatives();
+      next_sensitivity_.row(i).noalias() = d.template head<nx>().transpose() * sensitivity_;
+      next_sensitivity_.template block<1, nu>(i, first) += d.template tail<nu>().transpose();
+      x[static_cast<std::size_t>(i)] = next[static_cast<std::size_t>(i)].value();
+    }
+    sensitivity_.swap(next_sensitivity_);
+  }
+
+  void add_residual(double weight, const Problem<M>& problem, std::size_t j, std::size_t z,
+                    const StateOf<M>& x) noexcept {
+    if (weight == 0.0) return;
+    Vector<Dual, M::state_size> state;
+    for (std::size_t i = 0; i < M::state_size; ++i) state[i] = Dual(x[i], nx + nu, static_cast<int>(i));
+    const Dual output = problem.model.template output<Dual>(state)[z];
+    row_.noalias() = output.derivatives().template head<nx>().transpose() * sensitivity_;
+    gradient_ += (weight * (output.value() - problem.reference[j][z])) * row_.transpose();
+    hessian_.template selfadjointView<Eigen::Lower>().rankUpdate(row_.transpose(), weight);
+  }
+
+  /// The Gauss-Newton step over the inputs that are not held at a bound by the gradient.
+  void find_step(const Problem<M>& problem, const Plan<M>& plan) noexcept {
+    const Eigen::Index n = gradient_.size();
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto b = static_cast<std::size_t>(i) / M::continuous_size,
+                 k = static_cast<std::size_t>(i) % M::continuous_size;
+      const double u = plan.continuous[b][k];
+      const bool held = (u <= problem.bounds.continuous_lower[k] && gradient_[i] > 0.0) ||
+                        (u >= problem.bounds.continuous_upper[k] && gradient_[i] < 0.0);
+      free_[static_cast<std::size_t>(i)] = !held;
+    }
+    // Levenberg's share keeps it positive definite where an input does nothing (a saturated or resting motor).
+    const double regular = 1e-9 * hessian_.diagonal().maxCoeff() + 1e-300;
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index k = 0; k <= i; ++k) {
+        const bool both = free_[static_cast<std::size_t>(i)] && free_[static_cast<std::size_t>(k)];
+        factor_(i, k) = i == k ? (both ? hessian_(i, i) + regular : 1.0) : (both ? hessian_(i, k) : 0.0);
+      }
+    for (Eigen::Index i = 0; i < n; ++i) step_[i] = free_[static_cast<std::size_t>(i)] ? -gradient_[i] : 0.0;
+    cholesky_solve();
+  }
+
+  /// step_ <- factor_^-1 step_, factor_ overwritten by its Cholesky factor.
+  void cholesky_solve() noexcept {
+    const Eigen::Index n = step_.size();
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const double pivot = factor_(j, j) - factor_.row(j).head(j).squaredNorm();
+      factor_(j, j) = std::sqrt(std::max(pivot, 1e-300));
+      for (Eigen::Index i = j + 1; i < n; ++i)
+        factor_(i, j) = (factor_(i, j) - factor_.row(i).head(j).dot(factor_.row(j).head(j))) / factor_(j, j);
+    }
+    factor_.template triangularView<Eigen::Lower>().solveInPlace(step_);
+    factor_.template triangularView<Eigen::Lower>().transpose().solveInPlace(step_);
+  }
+
+  /// Halves the step until the projected point costs less; false if none of twelve does.
+  bool search_along(const Problem<M>& problem, Plan<M>& plan, Report& report) noexcept {
+    double length = 1.0;
+    for (int halving = 0; halving < 12; ++halving, length *= 0.5) {
+      for (std::size_t b = 0; b < plan.modes.size(); ++b)
+        for (std::size_t i = 0; i < M::continuous_size; ++i)
+          trial_.continuous[b][i] =
+              plan.continuous[b][i] + length * step_[static_cast<Eigen::Index>(b * M::continuous_size + i)];
+      project(problem, trial_);
+      const Report trial = evaluate(problem, trial_);
+      if (trial.status != Status::feasible || !(trial.cost < report.cost)) continue;
+      std::copy(trial_.continuous.begin(), trial_.continuous.end(), plan.continuous.begin());
+      report = trial;
+      return true;
+    }
+    return false;
+  }
+
+  ContinuousRefinementSettings settings_;
+  SwitchTiming timing_;
+  Eigen::MatrixXd hessian_, factor_;  // lower triangles
+  Eigen::VectorXd gradient_, step_;
+  Eigen::Matrix<double, nx, Eigen::Dynamic> sensitivity_, next_sensitivity_;  // d state / d u
+  Eigen::RowVectorXd row_;
+  std::vector<char> free_;
+  Plan<M> trial_;
+};
+
+}  // namespace solenoid

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "core/mpc/plan.hpp"
+#include "solvers/rounding/mode_weights.hpp"
+
+namespace solenoid {
+
+/// How far a rounding of M modes on this grid can be from its weights at most, if sum-up rounding made it:
+///
+///     max_k dt[k] * (1/2 + 1/3 + ... + 1/M)                                              [theory-rounding.md, eq. 3]
+///
+/// The best possible constant (Kirches, Lenders, Manns 2020, on equal intervals; here proven for ragged ones too).
+double sum_up_rounding_guarantee(const ModeWeights& weights) noexcept;
+
+struct SumUpReport {
+  Status status = Status::numerical_failure;  ///< feasible; numerical_failure: not normalised weights, modes untouched
+  double gap = 0.0;                           ///< integral_gap of the modes chosen
+  double guarantee = 0.0;                     ///< what the theory allows: gap <= guarantee, up to rounding
+};
+
+/// Sum-up rounding with the special-ordered-set condition (Sager, Bock, Diehl 2012).
+///
+/// in each interval the mode that is owed most time once the interval's share has been added:
+///     modes[k] = argmax_m  sum_{l<=k} a[l][m] dt[l] - sum_{l<k} [modes[l] = m] dt[l]       [theory-rounding.md, eq. 2]
+/// ties     the mode of the lowest number
+/// shapes   modes: K    owed: scratch, at least one entry a mode
+/// promise  no allocation
+SumUpReport sum_up_rounding(const ModeWeights& weights, std::span<int> modes, std::span<double> owed) noexcept;
+
+/// The same with its own scratch; allocates.
+SumUpReport sum_up_rounding(const ModeWeights& weights, std::vector<int>& modes);
+
+}  // namespace solenoid

@@ -1,0 +1,54 @@
+#include "solvers/rounding/switch_limits.hpp"
+
+#include <array>
+#include <bit>
+
+namespace solenoid {
+
+bool SwitchLimits::counts_changes() const noexcept {
+  if (max_changes != unlimited) return true;
+  for (const PerSwitch& s : switches)
+    if (s.max_changes != unlimited) return true;
+  return false;
+}
+
+SwitchLimits one_hot_limits(int modes) {
+  SwitchLimits limits;
+  for (int m = 0; m < modes; ++m) limits.patterns.push_back(SwitchPattern{1} << m);
+  limits.switches.resize(limits.patterns.size());
+  return limits;
+}
+
+SwitchLimits mode_set_limits(const ModeSet& modes, const SwitchTiming& timing, const SwitchLines& lines) {
+  SwitchLimits limits;
+  for (const Mode& mode : modes.modes()) limits.patterns.push_back(mode.pattern);
+  for (std::size_t c = 0; c < modes.switches().size(); ++c) {
+    const double dwell = timing.dwell[c];
+    limits.switches.push_back({dwell, dwell, SwitchLimits::unlimited, static_cast<double>(lines.line(c).age)});
+  }
+  limits.in_force = lines.commanded();
+  return limits;
+}
+
+LimitedWalk walk_limits(const SwitchLimits& limits, std::span<const double> dt, std::span<const int> modes) noexcept {
+  LimitedWalk walk;
+  std::array<double, SwitchLimits::most_switches> age{};
+  std::array<int, SwitchLimits::most_switches> count{};
+  for (std::size_t c = 0; c < limits.switches.size(); ++c) age[c] = limits.switches[c].age;
+  std::int64_t pattern = limits.in_force;
+  for (std::size_t k = 0; k < modes.size(); ++k) {
+    const std::int64_t next = limits.patterns[static_cast<std::size_t>(modes[k])];
+    for (std::size_t c = 0; c < limits.switches.size() && pattern >= 0; ++c) {
+      if (((pattern ^ next) >> c & 1) == 0) continue;
+      const SwitchLimits::PerSwitch& s = limits.switches[c];
+      walk.allowed = walk.allowed && has_dwelt(age[c], (next >> c & 1) ? s.min_off : s.min_on);
+      walk.allowed = walk.allowed && ++count[c] <= s.max_changes && ++walk.changes <= limits.max_changes;
+      age[c] = 0.0;
+    }
+    pattern = next;
+    for (double& a : age) a += dt[k];
+  }
+  return walk;
+}
+
+}  // namespace solenoid

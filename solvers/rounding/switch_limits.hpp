@@ -1,0 +1,49 @@
+#pragma once
+
+#include "core/mpc/mode_set.hpp"
+
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace solenoid {
+
+/// What a rounded mode sequence must keep to. A mode is a pattern of switches. Times in the unit of the grid.
+struct SwitchLimits {
+  static constexpr int unlimited = std::numeric_limits<int>::max();
+  static constexpr std::size_t most_switches = 32;
+  static constexpr double long_ago = std::numeric_limits<double>::infinity();
+  /// One switch: once on it stays on for min_on, once off it stays off for min_off.
+  struct PerSwitch {
+    double min_on = 0.0, min_off = 0.0;
+    int max_changes = unlimited;
+    double age = long_ago;  ///< since its last change, when the grid begins
+  };
+
+  std::vector<SwitchPattern> patterns;  ///< of each mode
+  std::vector<PerSwitch> switches;
+  int max_changes = unlimited;  ///< of all switches together
+  /// The pattern in force when the grid begins; -1: none, the first mode is free of charge and dwell.
+  std::int64_t in_force = -1;
+
+  /// Whether any number of changes is limited.
+  bool counts_changes() const noexcept;
+};
+
+/// No limits on `modes` modes, each a switch of its own: a change of mode turns one off and another on.
+SwitchLimits one_hot_limits(int modes);
+
+/// The patterns of a mode set with its dwell times, in model steps, after the commands in `lines`.
+SwitchLimits mode_set_limits(const ModeSet& modes, const SwitchTiming& timing, const SwitchLines& lines);
+
+/// Whether `age` is a dwell of `least`, in spite of rounding.
+inline bool has_dwelt(double age, double least) noexcept { return age >= least * (1.0 - 1e-9); }
+
+/// Walks a sequence through the limits.
+struct LimitedWalk {
+  bool allowed = true;
+  int changes = 0;
+};
+LimitedWalk walk_limits(const SwitchLimits& limits, std::span<const double> dt, std::span<const int> modes) noexcept;
+
+}  // namespace solenoid
