@@ -164,6 +164,7 @@ class MpcController final : public Controller {
     if (!done || done->ticket < oldest_) return;
     d.report = done->report;
     d.solved = true;
+    d.ticket = done->ticket;
     if (!usable(d.report.status) || !sound(done->plan)) return;
     plan_ = done->plan;
     plan_tick_ = done->ticket;

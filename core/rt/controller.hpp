@@ -40,8 +40,9 @@ struct Decision {
   ActuatorState estimate{};
   EstimateDetail detail;
   ReferenceSample reference;
-  double offset_m = 0.0;  ///< integral offset added to the valves' reference
-  bool solved = false;    ///< whether `report` belongs to this tick
+  double offset_m = 0.0;     ///< integral offset added to the valves' reference
+  bool solved = false;       ///< whether `report` belongs to this tick
+  std::int64_t ticket = -1;  ///< of a plan that arrived in this tick: the tick its problem was posed in
   Report report;
   Rung rung = Rung::fresh;
   bool planned = true;   ///< whether any plan stands behind the coils

@@ -9,7 +9,7 @@ constexpr std::array<const char*, sensor_count> sensors = {"position", "pressure
 constexpr std::array<const char*, sensor_fault_kinds> kinds = {"not finite", "range", "rail",   "slew",
                                                                "stuck",      "stale", "supply", "innovation"};
 constexpr std::array<const char*, fault_kinds - sensor_count* sensor_fault_kinds> others = {
-    "position limit", "pressure limit", "command refused", "tick gap", "no plan", "stopped", "aborted"};
+    "position limit", "pressure limit", "command refused", "tick gap", "I/O safe", "no plan", "stopped", "aborted"};
 
 std::string name(int bit) {
   const auto i = static_cast<std::size_t>(bit), of_sensors = sensors.size() * kinds.size();

@@ -26,6 +26,7 @@ enum class Fault : std::uint8_t {
   pressure_limit,
   command_refused,  ///< the exit had to replace a command by its safe value
   tick_gap,         ///< the loop stood still for long
+  node_safe,        ///< the I/O missed commands and went to its safe state
   no_plan,          ///< every rung that stands in for the solver is used up
   stopped,          ///< by the operator, or at the end of the run
   aborted,          ///< by the program: the log, the preparation

@@ -22,5 +22,9 @@ void add_plot(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_scaling(CLI::App& app, int& exit_code);
 void add_profile(CLI::App& app, int& exit_code);
+void add_run(CLI::App& app, int& exit_code);
+void add_emulator(CLI::App& app, int& exit_code);
+void add_replay(CLI::App& app, int& exit_code);
+void add_export(CLI::App& app, int& exit_code);
 
 }  // namespace solenoid

@@ -39,6 +39,10 @@ int run(int argc, char** argv) {
   solenoid::add_check(app, exit_code);
   solenoid::add_scaling(app, exit_code);
   solenoid::add_profile(app, exit_code);
+  solenoid::add_run(app, exit_code);
+  solenoid::add_emulator(app, exit_code);
+  solenoid::add_replay(app, exit_code);
+  solenoid::add_export(app, exit_code);
   if (argc < 2) {
     solenoid::write_standard_output(app.help());
     return solenoid::success;
