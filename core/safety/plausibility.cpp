@@ -5,6 +5,13 @@
 #include <limits>
 
 namespace solenoid {
+namespace {
+
+/// After a value that was left out the next may be further away, but not by a whole first step a tick: a jump must not
+/// become plausible by waiting.
+constexpr double slew_growth = 0.2;
+
+}  // namespace
 
 Plausibility::Plausibility(const PlausibilitySettings& settings, double atmosphere_pa, double supply_pa)
     : settings_(settings),
@@ -29,7 +36,7 @@ bool Plausibility::at_once(Sensor sensor, double value, const Channel& c, FaultS
     refuse(SensorFault::rail);
   else if (value < b.low || value > b.high)
     refuse(SensorFault::range);
-  if (c.started && std::abs(value - c.last_good) > b.slew_per_tick * (c.since_good + 1)) refuse(SensorFault::slew);
+  if (c.started && std::abs(value - c.last_good) > b.slew_per_tick * (1.0 + slew_growth * c.since_good)) refuse(SensorFault::slew);
   return good;
 }
 

@@ -26,5 +26,6 @@ void add_run(CLI::App& app, int& exit_code);
 void add_emulator(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);
 void add_export(CLI::App& app, int& exit_code);
+void add_faults(CLI::App& app, int& exit_code);
 
 }  // namespace solenoid

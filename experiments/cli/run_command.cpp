@@ -4,12 +4,14 @@
 #include "experiments/campaign/machine.hpp"
 #include "experiments/campaign/results_folder.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/rig/calibration.hpp"
 #include "experiments/rig/plants.hpp"
 #include "experiments/rig/summary.hpp"
 
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -87,7 +89,10 @@ SessionResult run_one(const Options& options, const Campaign& campaign, const Ca
   const VariantConfig& variant = campaign.variants.front();
   const ScenarioConfig& scenario = campaign.scenarios.front();
   const OpenedPlant opened = open_plant(options.plant, variant, scenario, run.seed);
+  std::optional<CrashGuard> crash_guard;
+  if (opened.rig) crash_guard.emplace(opened.rig->io());
   SessionSettings session = options.session;
+  if (opened.rig) session.after_last_tick = [io = &opened.rig->io()] { io->safe(); };
   session.duration_s = scenario.duration_s;
   session.policy = options.policy == "next_slot" ? PlanPolicy::next_slot : PlanPolicy::at_once;
   session.faults = options.plant.faults;

@@ -177,6 +177,7 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
   std::thread thread([&] { tick_thread(plant, *ladder, limits, log, settings, shared); });
   wait_for(shared, *ladder, log, watch, result);
   thread.join();
+  settings.after_last_tick();
 
   result.loop = shared.loop;
   result.causes = shared.causes;

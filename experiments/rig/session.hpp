@@ -34,6 +34,7 @@ struct SessionSettings {
   std::string log_folder, log_name = "run";
   int live_port = 0;
   std::map<std::string, std::string> about;
+  std::function<void()> after_last_tick = [] {};  ///< before the log is closed: the plant's own safe state
 };
 
 /// Percentiles of what each tick took [us], and of the slots' solves.
