@@ -6,7 +6,9 @@
 #include "controllers/motor_laws.hpp"
 #include "controllers/variant.hpp"
 #include "core/mpc/solver.hpp"
+#include "core/reference/restartable.hpp"
 #include "core/rt/controller.hpp"
+#include "core/rt/deferred_solver.hpp"
 
 #include <algorithm>
 #include <memory>
@@ -22,14 +24,16 @@ using MotorLaw = std::variant<NoMotor, PdMotor, InverseDynamicsMotor>;
 ///     each T_sp   problem from the estimate, the commands in flight and the reference ahead; solve; command the first
 ///     mode, latency_ticks later: the problem starts from the state forecast to that moment
 ///
-/// When a solve ends without a usable plan, the valves keep their command; the report says so.
+/// A DeferredSolver is posted the problem and asked each tick; its plan takes effect on arrival, or latency_ticks after
+/// the problem was posed if that is later. While no newer plan can be applied (a solve failed, or is late), the last
+/// one goes on with its own later blocks; decision.rung and plan_age say so.
 template <HybridModel Model>
 class MpcController final : public Controller {
  public:
   struct Parts {
     Problem<Model> problem;  ///< model believed, modes, horizon, cost; state and reference are filled in each period
     std::unique_ptr<Solver<Model>> solver;
-    Trajectory reference;
+    RestartableReference reference;
     IntegralSettings integral;
     MotorLaw motor;
     std::optional<double> deadline_ms;
@@ -41,31 +45,68 @@ class MpcController final : public Controller {
   /// Prepares the solver; may throw.
   explicit MpcController(Parts parts)
       : parts_(std::move(parts)),
+        deferred_(dynamic_cast<DeferredSolver<Model>*>(parts_.solver.get())),
+        fresh_ticks_(ticks_per_period + (deferred_ ? std::max(0, ticks_per_period - parts_.latency_ticks) : 0)),
         timing_(parts_.problem.modes, tick_s),
         plan_(parts_.problem),
+        current_{plan_},
+        next_{plan_},
         offset_(parts_.integral) {
     parts_.solver->prepare(parts_.problem);
   }
 
   Decision step(const Sensors& sensors) noexcept override {
+    catch_up(sensors);
     Decision d;
     d.reference = parts_.reference.at(sensors.time_s);
     estimate(sensors, d);
     d.offset_m = offset_.update(d.reference.position - d.estimate[position]);
-    release_plan();
-    if (tick_ % ticks_per_period == 0) plan_valves(sensors.time_s, d);
-    release_plan();
-    d.command.coils = lines_.commanded();
+    if (deferred_) collect(d);
+    if (tick_ / ticks_per_period != slot_) plan_valves(sensors.time_s, d);
+    d.command.coils = coils(d);
     d.command.motor_force_n = motor_force(d.reference, d.estimate);
-    SwitchedOf<Model> opening{};
-    std::ranges::copy(parts_.problem.modes.point(lines_.effective()), opening.begin());
-    parts_.estimator.applied(opening, d.command.motor_force_n);
-    lines_.advance(1);
+    before_ = lines_;
+    assume(d.command);
     ++tick_;
     return d;
   }
 
+  void applied(const Command& command) noexcept override {
+    if (command == assumed_) return;
+    lines_ = before_;
+    assume(command);
+  }
+
+  void restart(double time_s, double position_m) noexcept override {
+    parts_.reference.restart(time_s, position_m);
+    offset_ = IntegralOffset(parts_.integral);
+    current_.valid = next_.valid = false;
+    oldest_ = tick_;
+    slot_ = -1;
+  }
+
  private:
+  /// A plan in force or to come.
+  struct Active {
+    Plan<Model> plan;
+    std::int64_t begin = 0;
+    bool valid = false;
+  };
+
+  /// Ticks that were skipped passed under the last command, unmeasured.
+  void catch_up(const Sensors& sensors) noexcept {
+    const std::int64_t elapsed = std::llround((sensors.time_s - last_time_s_) / tick_s);
+    last_time_s_ = sensors.time_s;
+    if (tick_ == 0 || elapsed < 2) return;
+    Sensors unknown = sensors;
+    unknown.position_m = unknown.pressure_a_pa = unknown.pressure_b_pa = std::numeric_limits<double>::quiet_NaN();
+    for (std::int64_t k = 1; k < elapsed; ++k) {
+      if (k <= most_predicted_ticks && !sensors.ideal) parts_.estimator.update(unknown);
+      assume(assumed_);
+    }
+    tick_ += elapsed - 1;
+  }
+
   /// Under ideal sensing the true state passes the estimator by.
   void estimate(const Sensors& sensors, Decision& d) noexcept {
     if (sensors.ideal) {
@@ -91,36 +132,100 @@ class MpcController final : public Controller {
     return std::visit([&](const auto& law) { return law.force(desired, x); }, parts_.motor);
   }
 
-  void release_plan() noexcept {
-    if (due_tick_ != tick_) return;
-    lines_.command(due_pattern_, timing_);
-    planned_n_ = due_planned_n_;
-    due_tick_ = -1;
+  void plan_valves(double time_s, Decision& d) noexcept {
+    slot_ = tick_ / ticks_per_period;
+    const auto begin = std::max(tick_, slot_ * ticks_per_period + parts_.latency_ticks);
+    pose(time_s, static_cast<int>(begin - tick_), d);
+    shift_plan(parts_.problem.horizon, static_cast<int>(std::min<std::int64_t>(tick_ - plan_tick_, 1000)), plan_);
+    plan_tick_ = tick_;
+    if (deferred_) {
+      deferred_->post(tick_, parts_.problem, plan_, parts_.deadline_ms ? 1e-3 * *parts_.deadline_ms : 0.8 * period_s);
+      return;
+    }
+    d.report = parts_.solver->solve(parts_.problem, plan_, deadline());
+    d.solved = true;
+    if (usable(d.report.status)) adopt(plan_, begin);
   }
 
-  void plan_valves(double time_s, Decision& d) noexcept {
+  /// The problem of this tick, whose plan takes effect `lead` ticks later.
+  void pose(double time_s, int lead, const Decision& d) noexcept {
     Problem<Model>& problem = parts_.problem;
     problem.lines = lines_;
-    const int latency = parts_.latency_ticks;
     problem.initial = problem.model.nearest_valid(forecast(
-        problem.model, problem.modes, d.estimate, problem.lines, latency, tick_s, [&](int j, const StateOf<Model>& x) {
+        problem.model, problem.modes, d.estimate, problem.lines, lead, tick_s, [&](int j, const StateOf<Model>& x) {
           return ContinuousOf<Model>{motor_force(parts_.reference.at(time_s + j * tick_s), x)};
         }));
     for (std::size_t j = 0; j < problem.reference.size(); ++j) {
-      const ReferenceSample ahead = parts_.reference.at(time_s + (latency + static_cast<double>(j + 1)) * tick_s);
+      const ReferenceSample ahead = parts_.reference.at(time_s + (lead + static_cast<double>(j + 1)) * tick_s);
       problem.reference[j] = {ahead.position + d.offset_m, ahead.velocity};
       if constexpr (HasFeedback<Model>) {
         const ReferenceSample then = parts_.reference.at(time_s + static_cast<double>(j) * tick_s);
         problem.setpoint[j] = {then.position, then.velocity};
       }
     }
-    shift_plan(problem.horizon, ticks_per_period, plan_);
-    d.report = parts_.solver->solve(problem, plan_, deadline());
+  }
+
+  void collect(Decision& d) noexcept {
+    const auto* done = deferred_->collect();
+    if (!done || done->ticket < oldest_) return;
+    d.report = done->report;
     d.solved = true;
-    if (!usable(d.report.status)) return;
-    due_pattern_ = problem.modes.pattern(plan_.modes.front());
-    due_planned_n_ = plan_.continuous.front()[0];
-    due_tick_ = tick_ + latency;
+    d.ticket = done->ticket;
+    if (!usable(d.report.status) || !sound(done->plan)) return;
+    plan_ = done->plan;
+    plan_tick_ = done->ticket;
+    const auto slot_begin = done->ticket / ticks_per_period * ticks_per_period;
+    adopt(plan_, std::max(done->ticket, slot_begin + parts_.latency_ticks));
+  }
+
+  /// What comes from another thread is looked at before it moves anything.
+  bool sound(const Plan<Model>& plan) const noexcept {
+    const auto finite = [](const ContinuousOf<Model>& u) {
+      return std::ranges::all_of(u, [](double v) { return std::isfinite(v); });
+    };
+    const int modes = parts_.problem.modes.size();
+    return std::ranges::all_of(plan.modes, [modes](int m) { return m >= 0 && m < modes; }) &&
+           std::ranges::all_of(plan.continuous, finite);
+  }
+
+  void adopt(const Plan<Model>& plan, std::int64_t begin) noexcept {
+    Active& slot = begin <= tick_ ? current_ : next_;
+    slot.plan = plan;
+    slot.begin = begin;
+    slot.valid = true;
+  }
+
+  /// The coils of the plan in force, period by period, and its share of the motor force; without one coils keep their
+  /// command.
+  SwitchPattern coils(Decision& d) noexcept {
+    if (next_.valid && next_.begin <= tick_) {
+      std::swap(current_, next_);
+      next_.valid = false;
+    }
+    if (!current_.valid) {
+      d.plan_age = static_cast<int>(std::min<std::int64_t>(tick_ - oldest_, 1 << 20));
+      d.planned = d.plan_age < fresh_ticks_;  // the first plan is still on its way
+      planned_n_ = 0.0;
+      return lines_.commanded();
+    }
+    d.plan_age = static_cast<int>(std::min<std::int64_t>(tick_ - current_.begin, 1 << 20));
+    d.rung = d.plan_age < fresh_ticks_ ? Rung::fresh : Rung::shifted;
+    const std::vector<int>& blocks = parts_.problem.horizon.blocks;
+    std::size_t b = 0;
+    for (int end = blocks[0]; d.plan_age / ticks_per_period * ticks_per_period >= end && b + 1 < blocks.size();)
+      end += blocks[++b];
+    planned_n_ = current_.plan.continuous[b][0];
+    return parts_.problem.modes.pattern(current_.plan.modes[b]);
+  }
+
+  /// Lines and estimator go on under this command.
+  void assume(const Command& command) noexcept {
+    assumed_ = command;
+    lines_.command(command.coils, timing_);
+    SwitchedOf<Model> opening{};
+    std::ranges::copy(parts_.problem.modes.point(lines_.effective()), opening.begin());
+    parts_.estimator.applied(opening, command.motor_force_n);
+    lines_.advance(1);
   }
 
   Deadline deadline() const {
@@ -128,14 +233,20 @@ class MpcController final : public Controller {
     return Deadline::after(std::chrono::nanoseconds(static_cast<std::int64_t>(*parts_.deadline_ms * 1e6)));
   }
 
+  static constexpr std::int64_t most_predicted_ticks = 20;
+
   Parts parts_;
+  DeferredSolver<Model>* deferred_;  // parts_.solver, if it is one
+  int fresh_ticks_;
   SwitchTiming timing_;
-  SwitchLines lines_{0};
-  Plan<Model> plan_;
+  SwitchLines lines_{0}, before_{0};
+  Command assumed_;
+  Plan<Model> plan_;  // the newest, and the next solve's warm start
+  Active current_, next_;
   IntegralOffset offset_;
-  std::int64_t tick_ = 0, due_tick_ = -1;
-  SwitchPattern due_pattern_ = 0;
-  double planned_n_ = 0.0, due_planned_n_ = 0.0;  // a joint plan's motor force beside the law
+  double last_time_s_ = 0.0;
+  double planned_n_ = 0.0;  // a joint plan's motor force beside the law
+  std::int64_t tick_ = 0, slot_ = -1, plan_tick_ = -ticks_per_period, oldest_ = 0;
 };
 
 }  // namespace solenoid

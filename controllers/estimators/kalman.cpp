@@ -41,6 +41,7 @@ double ActuatorKalman::correct(const Sensors& sensors) noexcept {
   Belief::Covariance& p = belief_.covariance;
   const double measured[] = {sensors.position_m, sensors.pressure_a_pa, sensors.pressure_b_pa};
   double squares = 0.0;
+  innovations_ = {};
   for (const int i : {0, 1, 2}) {
     if (!std::isfinite(measured[i])) continue;
     const Belief::State& h = model_.sensor(i);
@@ -58,6 +59,7 @@ double ActuatorKalman::correct(const Sensors& sensors) noexcept {
     const Belief::State left = p * h;
     p.noalias() -= left * gain.transpose();
     p.noalias() += (variance - spread) * gain * gain.transpose();
+    innovations_[static_cast<std::size_t>(i)] = innovation * innovation / believed;
     squares += innovation * innovation / believed;
     if (i == 0) lost_ticks_ = innovation * innovation > lost_sigmas * lost_sigmas * believed ? lost_ticks_ + 1 : 0;
   }

@@ -23,6 +23,8 @@ class ActuatorKalman {
   EstimateDetail detail() const noexcept;
   const Belief& belief() const { return belief_; }
   double innovation() const { return innovation_; }
+  /// The last tick's innovations squared, in their variances: position, pressures; 0 for a sensor left out.
+  const std::array<double, 3>& innovations() const { return innovations_; }
   std::int64_t starts() const { return starts_; }
   const SensedModel& model() const { return model_; }
 
@@ -39,6 +41,7 @@ class ActuatorKalman {
   Belief belief_;
   SwitchedOf<PneumaticActuator> opening_{};
   double motor_n_ = 0.0, innovation_ = 0.0;
+  std::array<double, 3> innovations_{};
   int lost_ticks_ = 0;
   std::int64_t starts_ = 0;
 };

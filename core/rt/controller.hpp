@@ -3,11 +3,14 @@
 #include "core/mpc/plan.hpp"
 #include "core/reference/trajectory.hpp"
 #include "core/rt/io.hpp"
+#include "core/safety/faults.hpp"
+
+#include <string_view>
 
 namespace solenoid {
 
-/// What an estimator believes beyond the state, and how well it believes to know it (standard deviations). Zero where it
-/// does not say.
+/// What an estimator believes beyond the state, and how well it believes to know it (standard deviations). Zero where
+/// it does not say.
 struct EstimateDetail {
   double payload_kg = 0.0, payload_sigma_kg = 0.0;
   double disturbance_n = 0.0, disturbance_sigma_n = 0.0;  ///< external force on the slide
@@ -16,22 +19,47 @@ struct EstimateDetail {
   double innovation = 0.0;  ///< normalised innovation squared of the tick, chi-square with 3 degrees of freedom
 };
 
+/// What stands behind a command, from best to worst: the degradation ladder (docs/realtime.md).
+enum class Rung : std::uint8_t {
+  fresh,    ///< the plan made for this slot
+  shifted,  ///< an older plan, at its own later blocks
+  dmpc,     ///< four candidates held over the horizon, searched in the tick itself
+  motor,    ///< the motor's position law alone, the coils off
+  safe,     ///< latched: coils off, motor 0 N, after a bounded lowering stage if there is one
+};
+inline constexpr int rungs = 5;
+
+constexpr std::string_view to_string(Rung rung) {
+  constexpr std::string_view names[] = {"fresh", "shifted", "dmpc", "motor", "safe"};
+  return names[static_cast<std::size_t>(rung)];
+}
+
 /// What a controller decided in a tick, and what it thought.
 struct Decision {
   Command command;
   ActuatorState estimate{};
   EstimateDetail detail;
   ReferenceSample reference;
-  double offset_m = 0.0;  ///< integral offset added to the valves' reference
-  bool solved = false;    ///< whether `report` belongs to this tick
+  double offset_m = 0.0;     ///< integral offset added to the valves' reference
+  bool solved = false;       ///< whether `report` belongs to this tick
+  std::int64_t ticket = -1;  ///< of a plan that arrived in this tick: the tick its problem was posed in
   Report report;
+  Rung rung = Rung::fresh;
+  bool planned = true;   ///< whether any plan stands behind the coils
+  int plan_age = 0;      ///< ticks since the plan's first block began
+  FaultSet faults;       ///< seen in this tick
+  FaultSet safe_causes;  ///< what latched SAFE
 };
 
-/// Sensors in, commands out, once a tick. step: no allocation, lock or exception.
+/// Sensors in, commands out, once a tick. step, applied, restart: no allocation, lock or exception.
 class Controller {
  public:
   virtual ~Controller() = default;
   virtual Decision step(const Sensors& sensors) noexcept = 0;
+  /// What left through the exit in the tick just stepped; a controller that is not told assumes its own command.
+  virtual void applied(const Command& /*command*/) noexcept {}
+  /// Begins the task anew at `time_s` from this position, without a jump of the reference.
+  virtual void restart(double /*time_s*/, double /*position_m*/) noexcept {}
 };
 
 }  // namespace solenoid

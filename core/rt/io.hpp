@@ -13,12 +13,16 @@ struct Sensors {
   /// The plant's own state, known only in simulation: recorded, and read by controllers only under ideal sensing.
   ActuatorState truth{};
   bool ideal = false;
+  int stale_ticks = 0;         ///< age of these values in ticks: 0 when they were measured for this one
+  bool node_was_safe = false;  ///< the I/O went to its safe state by itself since the last tick
 };
 
 /// What a plant is told.
 struct Command {
   SwitchPattern coils = 0;
   double motor_force_n = 0.0;
+
+  bool operator==(const Command&) const = default;
 };
 
 /// The rig, its emulator or a simulation of it.

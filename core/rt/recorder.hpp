@@ -6,11 +6,22 @@
 
 namespace solenoid {
 
+/// Where a tick's time went [us]; all zero on a fake clock that nobody moves.
+struct TickTiming {
+  float late_us = 0;     ///< from the moment it was due to its beginning
+  float read_us = 0;     ///< plant.read
+  float control_us = 0;  ///< controller and limits
+  float write_us = 0;    ///< plant.write
+  float total_us() const { return read_us + control_us + write_us; }
+};
+
 /// One tick as it happened.
 struct TickRecord {
   Sensors sensors;
   Decision decision;
   Command applied;  ///< after the limits
+  TickTiming timing;
+  int skipped = 0;  ///< ticks left out before this one
 };
 
 /// Keeps ticks in memory, sized once; full, it counts what it drops.

@@ -24,5 +24,10 @@ void add_scaling(CLI::App& app, int& exit_code);
 void add_profile(CLI::App& app, int& exit_code);
 void add_study(CLI::App& app, int& exit_code);
 void add_ledger(CLI::App& app, int& exit_code);
+void add_run(CLI::App& app, int& exit_code);
+void add_emulator(CLI::App& app, int& exit_code);
+void add_replay(CLI::App& app, int& exit_code);
+void add_export(CLI::App& app, int& exit_code);
+void add_faults(CLI::App& app, int& exit_code);
 
 }  // namespace solenoid

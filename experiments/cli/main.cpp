@@ -41,6 +41,11 @@ int run(int argc, char** argv) {
   solenoid::add_profile(app, exit_code);
   solenoid::add_study(app, exit_code);
   solenoid::add_ledger(app, exit_code);
+  solenoid::add_run(app, exit_code);
+  solenoid::add_emulator(app, exit_code);
+  solenoid::add_replay(app, exit_code);
+  solenoid::add_export(app, exit_code);
+  solenoid::add_faults(app, exit_code);
   if (argc < 2) {
     solenoid::write_standard_output(app.help());
     return solenoid::success;

@@ -1,0 +1,142 @@
+#pragma once
+
+#include "core/rt/clock.hpp"
+#include "core/rt/deferred_solver.hpp"
+#include "core/rt/mailbox.hpp"
+#include "core/rt/process_setup.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <thread>
+
+namespace solenoid {
+
+/// How a solver's thread lives.
+struct SolverThreadSettings {
+  double period_s = 0.005;  ///< posts come so often: between them the thread sleeps, shortly before one it looks often
+  double look_s = 50e-6;    ///< how often
+  int priority = 0;         ///< SCHED_FIFO below the tick's; 0: as it is
+  int core = -1;            ///< -1: any
+  double patience_s = 1.0;  ///< at the end: so long for a solve under way before the thread is left behind
+};
+
+/// A solver in a thread of its own, between two mailboxes. Posting and collecting make no system call: the thread looks
+/// for work itself, so that the tick need not wake it. A solver that never returns costs its thread, not the tick.
+template <HybridModel M>
+class BackgroundSolver final : public DeferredSolver<M> {
+ public:
+  using Finished = typename DeferredSolver<M>::Finished;
+
+  BackgroundSolver(std::unique_ptr<Solver<M>> solver, const SolverThreadSettings& settings)
+      : solver_(std::move(solver)), settings_(settings) {}
+  BackgroundSolver(const BackgroundSolver&) = delete;
+  BackgroundSolver& operator=(const BackgroundSolver&) = delete;
+
+  /// Joins the thread, or after patience_s leaves it behind with everything it uses.
+  ~BackgroundSolver() override {
+    if (!thread_.joinable()) return;
+    shared_->stop.store(true);
+    MonotonicClock clock;
+    while (!shared_->ended.load() && clock.now_s() < settings_.patience_s) clock.sleep_until(clock.now_s() + 1e-3);
+    if (shared_->ended.load())
+      thread_.join();
+    else
+      thread_.detach();
+  }
+
+  /// Prepares the solver (may throw) and starts the thread.
+  void prepare(const Problem<M>& problem) override {
+    solver_->prepare(problem);
+    shared_ = std::make_shared<Shared>(problem, std::move(solver_), settings_);
+    thread_ = std::thread([shared = shared_] { shared->work(); });
+  }
+
+  void post(std::int64_t ticket, const Problem<M>& problem, const Plan<M>& warm_start,
+            double budget_s) noexcept override {
+    Posted& slot = shared_->posted.back();
+    slot.ticket = ticket;
+    slot.budget_s = budget_s;
+    copy_situation(problem, slot.problem);
+    slot.warm_start = warm_start;
+    shared_->posted.put();
+  }
+  const Finished* collect() noexcept override {
+    return shared_->finished.take() ? &shared_->finished.front() : nullptr;
+  }
+
+  /// Posts and waits: for callers that are no tick.
+  Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline) noexcept override {
+    constexpr std::int64_t ticket = -2;
+    post(ticket, problem, plan, 0.0);
+    MonotonicClock clock;
+    for (;;) {
+      const Finished* done = collect();
+      if (done && done->ticket == ticket) {
+        plan = done->plan;
+        return done->report;
+      }
+      clock.sleep_until(clock.now_s() + settings_.look_s);
+    }
+  }
+
+ private:
+  struct Posted {
+    std::int64_t ticket = -1;
+    double budget_s = 0.0;
+    Problem<M> problem;
+    Plan<M> warm_start;
+  };
+  /// What outlives a thread that hangs.
+  struct Shared {
+    Shared(const Problem<M>& problem, std::unique_ptr<Solver<M>> s, const SolverThreadSettings& t)
+        : solver(std::move(s)),
+          settings(t),
+          posted(Posted{-1, 0.0, problem, Plan<M>(problem)}),
+          finished(Finished{-1, Plan<M>(problem), {}}) {}
+
+    void work() noexcept {
+      prepare_thread("solver");
+      if (settings.core >= 0) pin_to_core("solver", settings.core);
+      if (settings.priority > 0) set_fifo_priority("solver", settings.priority);
+      MonotonicClock clock;
+      while (!stop.load(std::memory_order_relaxed)) {
+        if (!posted.take()) {
+          clock.sleep_until(clock.now_s() + settings.look_s);
+          continue;
+        }
+        const double begun = clock.now_s();
+        solve();
+        // Nothing comes before the next period; sleep through most of it.
+        const double next = begun + settings.period_s - 6 * settings.look_s;
+        if (clock.now_s() < next) clock.sleep_until(next);
+      }
+      ended.store(true);
+    }
+    void solve() noexcept {
+      Posted& work = posted.front();
+      Finished& done = finished.back();
+      done.ticket = work.ticket;
+      done.plan = work.warm_start;
+      const Deadline deadline =
+          work.budget_s > 0 ? Deadline::after(std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 * work.budget_s)))
+                            : Deadline::never();
+      done.report = solver->solve(work.problem, done.plan, deadline);
+      finished.put();
+    }
+
+    std::unique_ptr<Solver<M>> solver;
+    SolverThreadSettings settings;
+    Mailbox<Posted> posted;
+    Mailbox<Finished> finished;
+    std::atomic<bool> stop{false}, ended{false};
+  };
+
+  std::unique_ptr<Solver<M>> solver_;
+  SolverThreadSettings settings_;
+  std::shared_ptr<Shared> shared_;
+  std::thread thread_;
+};
+
+}  // namespace solenoid

@@ -1,0 +1,69 @@
+#include "core/actuator/valves.hpp"
+#include "core/config/reader.hpp"
+#include "experiments/campaign/campaign.hpp"
+#include "experiments/campaign/files.hpp"
+#include "experiments/campaign/interrupt.hpp"
+#include "experiments/cli/commands.hpp"
+#include "experiments/rig/emulator.hpp"
+
+#include <cstdio>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+namespace solenoid {
+namespace {
+
+struct Options {
+  std::string campaign = "rig", scenario = "cycloidal", variant = "nine_state", report;
+  std::vector<std::string> faults;
+  EmulatorSettings emulator;
+};
+
+int emulate(const Options& chosen) {
+  Options options = chosen;
+  options.emulator.faults = parse_faults(options.faults);
+  const Campaign campaign = read_campaign(options.campaign, {{options.variant}, {options.scenario}});
+  const VariantConfig& variant = campaign.variants.front();
+  const ScenarioConfig& scenario = campaign.scenarios.front();
+  const ModeSet modes = valve_modes(variant.valves, variant.believed);
+  EmulatedNode node(
+      [&](std::uint64_t session) {
+        const std::uint64_t seed = options.emulator.seed + session - 1;
+        return std::make_unique<FaultyPlant>(make_plant(variant, scenario, seed), options.emulator.faults,
+                                             variant.valves, seed);
+      },
+      Calibration{}, (SwitchPattern{1} << modes.switch_count()) - 1);
+  const InterruptGuard guard;
+  serve(node, options.emulator, InterruptGuard::raised, [&](const std::string& setup) {
+    fmt::print(stderr, "emulator: {} on 127.0.0.1:{}, {} valves, {}\n", scenario.name, options.emulator.port,
+               variant.valves, setup);
+  });
+  const std::string report = node_report(node);
+  if (options.report.empty())
+    write_standard_output(report);
+  else
+    write_file_atomically(options.report, report);
+  return success;
+}
+
+}  // namespace
+
+void add_emulator(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("emulator", "the rig as a separate process: the twin behind the UDP protocol");
+  command->add_option("--campaign", options->campaign, "where its plant is from; default rig");
+  command->add_option("--scenario", options->scenario, "whose plant it is; default cycloidal");
+  command->add_option("--variant", options->variant, "whose valves it has; default nine_state");
+  command->add_option("--port", options->emulator.port, "UDP port on 127.0.0.1; default 47811")
+      ->check(CLI::Range(1, 65535));
+  command->add_option("--seed", options->emulator.seed, "of its noise; counts up with each session; default 1");
+  command->add_option("--fault", options->faults, "a fault by script, repeatable: " + fault_help());
+  command->add_option("--report", options->report,
+                      "write what it has seen to this JSON file; default: standard output");
+  command->add_option("--idle-exit", options->emulator.idle_exit_s, "end after so many seconds without a packet")
+      ->check(CLI::Range(0.1, 3600.0));
+  command->callback([options, &exit_code] { exit_code = emulate(*options); });
+}
+
+}  // namespace solenoid

@@ -1,0 +1,99 @@
+#include "experiments/campaign/campaign.hpp"
+#include "experiments/campaign/files.hpp"
+#include "experiments/cli/commands.hpp"
+#include "experiments/log/tick_fields.hpp"
+#include "experiments/rig/replay_run.hpp"
+
+#include <cstdio>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace solenoid {
+namespace {
+
+struct Options {
+  std::string log, variant, csv, format = "table";
+};
+
+std::string csv_of(const std::vector<TickRecord>& ticks) {
+  std::string text = tick_csv_heading();
+  for (const TickRecord& tick : ticks) tick_csv(tick, text);
+  return text;
+}
+
+std::string text_of(const ReplayResult& r, const std::string& variant, bool same) {
+  std::string text = fmt::format("{} ticks through {}\n", r.ticks, variant);
+  text += fmt::format("commands    {} with other coils, {} with another motor force ({:.3g} N RMS apart){}\n",
+                      r.coil_differences, r.motor_differences, r.motor_difference_rms_n,
+                      r.first_difference_s < 0 ? "" : fmt::format("; the first at {:.3f} s", r.first_difference_s));
+  if (same && r.unproven > 0)
+    text += fmt::format("            {} solves of the log were cut by their deadline\n", r.unproven);
+  const auto line = [](const char* name, const Percentiles& p) {
+    return fmt::format("{:<12}p50 {:.1f}  p99 {:.1f}  p99.9 {:.1f}  max {:.1f} us\n", name, p.p50, p.p99, p.p999,
+                       p.max);
+  };
+  return text + line("solve", r.solve_us) + line("tick", r.step_us);
+}
+
+std::string json_of(const ReplayResult& r, const std::string& variant) {
+  const auto times = [](const Percentiles& p) {
+    return nlohmann::ordered_json{{"p50", p.p50}, {"p90", p.p90}, {"p99", p.p99}, {"p999", p.p999}, {"max", p.max}};
+  };
+  const nlohmann::ordered_json json = {{"variant", variant},
+                                       {"ticks", r.ticks},
+                                       {"coil_differences", r.coil_differences},
+                                       {"motor_differences", r.motor_differences},
+                                       {"motor_difference_rms_n", r.motor_difference_rms_n},
+                                       {"unproven", r.unproven},
+                                       {"solve_us", times(r.solve_us)},
+                                       {"tick_us", times(r.step_us)}};
+  return json.dump(1) + "\n";
+}
+
+int replay(const Options& options) {
+  const RecordedRun run = read_run(options.log);
+  if (!run.problem.empty()) std::fprintf(stderr, "solenoid: %s: %s\n", options.log.c_str(), run.problem.c_str());
+  const RecordedTask task = recorded_task(run);
+  const bool same = options.variant.empty();
+  const ReplayResult result =
+      same ? replay_same(run, task) : replay_other(run, shipped_variant(options.variant), task.scenario);
+  const std::string name = same ? task.variant.name : options.variant;
+  if (!options.csv.empty()) write_file_atomically(options.csv, csv_of(result.decided));
+  write_standard_output(options.format == "json" ? json_of(result, name) : text_of(result, name, same));
+  return same && result.coil_differences + result.motor_differences > 0 && result.unproven == 0 ? failure : success;
+}
+
+int export_log(const Options& options) {
+  const RecordedRun run = read_run(options.log);
+  if (!run.problem.empty()) std::fprintf(stderr, "solenoid: %s: %s\n", options.log.c_str(), run.problem.c_str());
+  if (options.csv.empty())
+    write_standard_output(csv_of(run.ticks));
+  else
+    write_file_atomically(options.csv, csv_of(run.ticks));
+  return success;
+}
+
+}  // namespace
+
+void add_replay(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("replay", "a run's recorded measurements through a controller again");
+  command->add_option("log", options->log, "an .mcap file of `run`")->required();
+  command->add_option("--variant", options->variant, "another variant; default: the log's own, which must agree");
+  command->add_option("--csv", options->csv, "write the ticks with the replay's decisions to this file");
+  command->add_option("--format", options->format, "table or json, on standard output")
+      ->check(CLI::IsMember({"table", "json"}));
+  command->callback([options, &exit_code] { exit_code = replay(*options); });
+}
+
+void add_export(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("export", "a run's log as CSV");
+  command->add_option("log", options->log, "an .mcap file of `run`")->required();
+  command->add_option("--csv", options->csv, "to this file; default: standard output");
+  command->callback([options, &exit_code] { exit_code = export_log(*options); });
+}
+
+}  // namespace solenoid

@@ -1,0 +1,205 @@
+#include "core/config/reader.hpp"
+#include "experiments/campaign/files.hpp"
+#include "experiments/campaign/interrupt.hpp"
+#include "experiments/campaign/machine.hpp"
+#include "experiments/campaign/results_folder.hpp"
+#include "experiments/cli/commands.hpp"
+#include "experiments/rig/calibration.hpp"
+#include "experiments/rig/plants.hpp"
+#include "experiments/rig/summary.hpp"
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <optional>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <poll.h>
+#include <unistd.h>
+
+namespace solenoid {
+namespace {
+
+struct Options {
+  std::string variant, campaign = "rig", scenario = "cycloidal", policy = "at_once", out, format = "table";
+  std::vector<std::string> faults;
+  PlantChoice plant;
+  SessionSettings session;
+  std::uint64_t seed = 1;
+  double duration_s = 0.0;
+  int repeat = 1;
+  bool no_realtime = false, quiet = false;
+};
+
+std::atomic<bool> rearm_signal{false};
+
+/// A line `r` on standard input, or SIGUSR1.
+bool rearm_wanted() {
+  if (rearm_signal.exchange(false)) return true;
+  pollfd in{STDIN_FILENO, POLLIN, 0};
+  if (isatty(STDIN_FILENO) == 0 || poll(&in, 1, 0) != 1 || !(in.revents & POLLIN)) return false;
+  char line[64];
+  const ssize_t size = read(STDIN_FILENO, line, sizeof line);
+  return size > 0 && line[0] == 'r';
+}
+
+/// One moving line on a terminal, else a line a second.
+class StatusLine {
+ public:
+  void show(const TickRecord& tick) {
+    const bool terminal = isatty(STDERR_FILENO) != 0;
+    if (terminal)
+      fmt::print(stderr, "\r\033[K{}", status_line(tick));
+    else if (tick.sensors.time_s >= next_s_)
+      fmt::print(stderr, "{}\n", status_line(tick)), next_s_ = tick.sensors.time_s + 1.0;
+    std::fflush(stderr);
+    open_ = terminal;
+  }
+  ~StatusLine() {
+    if (open_) fmt::print(stderr, "\n");
+  }
+
+ private:
+  double next_s_ = 0.0;
+  bool open_ = false;
+};
+
+/// The chosen cell of the campaign, once for each repeat, with a seed of its own.
+Campaign campaign_of(const Options& options) {
+  Campaign campaign = read_campaign(options.campaign, {{options.variant}, {options.scenario}});
+  ScenarioConfig& scenario = campaign.scenarios.front();
+  if (options.duration_s > 0) scenario.duration_s = options.duration_s;
+  const CampaignRun first = campaign.runs.front();
+  campaign.runs.clear();
+  campaign.seeds.clear();
+  for (int i = 0; i < options.repeat; ++i) {
+    CampaignRun run = first;
+    run.seed = options.seed + static_cast<std::uint64_t>(i);
+    run.id = fmt::format("{}--{}--s{}", scenario.name, options.variant, run.seed);
+    campaign.seeds.push_back(run.seed);
+    campaign.runs.push_back(run);
+  }
+  return campaign;
+}
+
+SessionResult run_one(const Options& options, const Campaign& campaign, const CampaignRun& run,
+                      const std::string& folder) {
+  const VariantConfig& variant = campaign.variants.front();
+  const ScenarioConfig& scenario = campaign.scenarios.front();
+  const OpenedPlant opened = open_plant(options.plant, variant, scenario, run.seed);
+  std::optional<CrashGuard> crash_guard;
+  if (opened.rig) crash_guard.emplace(opened.rig->io());
+  SessionSettings session = options.session;
+  if (opened.rig) session.after_last_tick = [io = &opened.rig->io()] { io->safe(); };
+  session.duration_s = scenario.duration_s;
+  session.policy = options.policy == "next_slot" ? PlanPolicy::next_slot : PlanPolicy::at_once;
+  session.faults = options.plant.faults;
+  session.log_folder = folder;
+  session.log_name = run.id;
+  session.about = {{"variant", variant.name},          {"scenario", scenario.name},
+                   {"plant", options.plant.kind},      {"policy", options.policy},
+                   {"seed", std::to_string(run.seed)}, {"campaign", campaign.resolved_toml}};
+  if (options.no_realtime) session.tick_priority = session.solver_priority = 0;
+  StatusLine status;
+  SessionWatch watch;
+  watch.interrupted = InterruptGuard::raised;
+  watch.rearm_wanted = rearm_wanted;
+  if (!options.quiet) watch.show = [&status](const TickRecord& tick) { status.show(tick); };
+  return run_session(*opened.plant, variant, scenario, session, watch);
+}
+
+int run(const Options& chosen) {
+  Options options = chosen;
+  options.plant.faults = parse_faults(options.faults);
+  const Campaign campaign = campaign_of(options);
+  const std::string folder = options.out.empty() ? "results/run-" + compact_timestamp() : options.out;
+  const InterruptGuard guard;
+  std::signal(SIGUSR1, [](int) { rearm_signal.store(true); });
+  ResultsFolder results(folder, campaign, 1);
+  std::vector<RunRecord> records;
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  std::string text;
+  bool clean = true, stopped = false;
+  for (const CampaignRun& cell : campaign.runs) {
+    SessionResult result;
+    try {
+      result = run_one(options, campaign, cell, folder);
+    } catch (const std::exception& error) {
+      results.abandon(error.what());
+      throw;
+    }
+    if (records.empty() && !options.quiet) fmt::print(stderr, "{}", setup_text(result.setup));
+    RunRecord record = record_of(campaign, cell, result.metrics);
+    if (!result.clean())
+      record.status =
+          "failed: " + (result.log_problem.empty() ? "SAFE: " + to_string(result.causes) : result.log_problem);
+    text += session_text(record, result);
+    list.push_back(session_json(record, result));
+    results.add(cell, record);
+    records.push_back(record);
+    clean = clean && result.clean();
+    stopped = result.interrupted;
+    if (stopped || !clean) break;
+  }
+  results.close(stopped ? "interrupted" : clean ? "finished" : "failed", records);
+  if (records.size() > 1) text += repeats_text(records);
+  write_standard_output(options.format == "json" ? nlohmann::ordered_json{{"runs", list}}.dump(1) + "\n"
+                                                 : text + fmt::format("Results: {}\n", folder));
+  return !clean ? failure : stopped ? interrupted : success;
+}
+
+void add_plant_options(CLI::App& command, Options& o) {
+  command.add_option("--plant", o.plant.kind, "sim (the twin in this process), emulator (UDP I/O node) or comedi")
+      ->check(CLI::IsMember({"sim", "emulator", "comedi"}));
+  command.add_option("--rig", o.plant.rig_file, "TOML of calibration, wiring and limits (docs/rig.md)");
+  command.add_option("--node", o.plant.address, "ADDRESS:PORT of the UDP I/O node; default 127.0.0.1:47811");
+  command.add_option("--fault", o.faults, "provoke a fault, repeatable: " + fault_help());
+}
+
+void add_realtime_options(CLI::App& command, Options& o) {
+  command.add_option("--policy", o.policy, "plans take effect at_once or in the next_slot")
+      ->check(CLI::IsMember({"at_once", "next_slot"}));
+  command.add_flag("--no-realtime", o.no_realtime, "do not ask for SCHED_FIFO");
+  command.add_option("--tick-core", o.session.tick_core, "core of the 1 ms tick; default: any")
+      ->check(CLI::Range(0, 1023));
+  command.add_option("--solver-core", o.session.solver_core, "core of the solver; default: any")
+      ->check(CLI::Range(0, 1023));
+  command
+      .add_option("--rearm-wait", o.session.rearm_wait_s,
+                  "seconds to wait in SAFE for a re-arm (r and Enter, or SIGUSR1); default 0: the run ends")
+      ->check(CLI::Range(0.0, 3600.0));
+  command.add_option("--lowering", o.session.ladder.lowering_s, "seconds of braking by the motor in SAFE; default 0")
+      ->check(CLI::Range(0.0, 5.0));
+  command.add_option("--live", o.session.live_port, "send every tenth tick as JSON to this UDP port of 127.0.0.1")
+      ->check(CLI::Range(1, 65535));
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("run", "a variant in real time, on the twin, the emulator or the rig");
+  command->add_option("variant", options->variant, "a variant of the campaign or a shipped one")->required();
+  command->add_option("--campaign", options->campaign, "where the task is from: a file, or a shipped one; default rig");
+  command->add_option("--scenario", options->scenario, "the task; default cycloidal");
+  command->add_option("--duration", options->duration_s, "seconds; default: the task's")
+      ->check(CLI::Range(0.01, 86400.0));
+  command->add_option("--seed", options->seed, "of a simulated plant's noise; default 1");
+  command->add_option("--repeat", options->repeat, "so many runs, seeds counting up; mean and spread at the end")
+      ->check(CLI::Range(1, 1000));
+  command->add_option("--out", options->out, "results folder; default results/run-TIME");
+  command->add_option("--format", options->format, "table or json, on standard output")
+      ->check(CLI::IsMember({"table", "json"}));
+  command->add_flag("--quiet", options->quiet, "no status line");
+  add_plant_options(*command, *options);
+  add_realtime_options(*command, *options);
+  command->footer(
+      "Ctrl-C stops safely: coils off, motor 0 N, then the log is closed. Exit codes: 0 ended as told, 1 ended in SAFE "
+      "or "
+      "without its log, 2 refused, 130 interrupted.");
+  command->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace solenoid

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "core/rt/recorder.hpp"
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace solenoid {
+
+/// A log of `solenoid run`, read back.
+struct RecordedRun {
+  std::map<std::string, std::string> about, summary;
+  std::vector<TickRecord> ticks;
+  std::vector<std::string> events;  ///< "TIME KIND TEXT"
+  std::string problem;              ///< why the log is not complete; empty for one that was closed
+};
+
+/// Reads as far as the file goes. Throws ConfigError if it is no such log or has no ticks.
+RecordedRun read_run(const std::string& path);
+
+}  // namespace solenoid

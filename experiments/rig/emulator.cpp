@@ -1,0 +1,167 @@
+#include "experiments/rig/emulator.hpp"
+
+#include "core/rt/clock.hpp"
+#include "core/rt/process_setup.hpp"
+#include "experiments/campaign/files.hpp"
+
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <deque>
+#include <random>
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+namespace solenoid {
+namespace {
+
+/// A socket on the loopback interface alone.
+class Socket {
+ public:
+  explicit Socket(int port) : file_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
+    sockaddr_in at{};
+    at.sin_family = AF_INET;
+    at.sin_port = htons(static_cast<std::uint16_t>(port));
+    at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    if (file_ < 0 || ::bind(file_, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0) {
+      const std::string why = std::strerror(errno);
+      if (file_ >= 0) ::close(file_);
+      throw OutputError(fmt::format("127.0.0.1:{}: cannot be listened on: {}", port, why));
+    }
+  }
+  ~Socket() { ::close(file_); }
+  Socket(const Socket&) = delete;
+  Socket& operator=(const Socket&) = delete;
+
+  ssize_t receive(char* bytes, std::size_t size, sockaddr_in& from) {
+    socklen_t length = sizeof from;
+    return ::recvfrom(file_, bytes, size, MSG_DONTWAIT, reinterpret_cast<sockaddr*>(&from), &length);
+  }
+  void send(const std::array<char, NodePacket::size>& bytes, const sockaddr_in& to) {
+    [[maybe_unused]] const ssize_t sent =
+        ::sendto(file_, bytes.data(), bytes.size(), MSG_DONTWAIT, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+  }
+  void wait(double seconds) {
+    const timespec rest{0, static_cast<long>(1e9 * seconds)};
+    pollfd ready{file_, POLLIN, 0};
+    ::ppoll(&ready, 1, &rest, nullptr);
+  }
+
+ private:
+  int file_;
+};
+
+/// The way between node and controller, with the packets that the script loses, delays, repeats or spoils.
+class Wire {
+ public:
+  Wire(Socket& socket, const EmulatorSettings& settings)
+      : socket_(socket), settings_(settings), random_(settings.seed) {}
+
+  bool lost(double time_s) { return happens("lost", time_s); }
+  void send(const NodePacket& packet, const sockaddr_in& to, double now_s, double time_s) {
+    if (lost(time_s)) return;
+    auto bytes = packet.encode();
+    if (happens("corrupt", time_s)) bytes[random_() % bytes.size()] ^= static_cast<char>(1 + random_() % 255);
+    double late_s = 0.0;
+    for (const InjectedFault& f : settings_.faults)
+      if (f.target == "packets" && f.kind == "late" && f.active(time_s)) late_s = 1e-3 * f.value;
+    queue_.push_back({now_s + late_s, bytes, to});
+    if (happens("repeated", time_s)) queue_.push_back({now_s + late_s, bytes, to});
+    flush(now_s);
+  }
+  void flush(double now_s) {
+    while (!queue_.empty() && queue_.front().due_s <= now_s) {
+      socket_.send(queue_.front().bytes, queue_.front().to);
+      queue_.pop_front();
+    }
+  }
+
+ private:
+  struct Waiting {
+    double due_s;
+    std::array<char, NodePacket::size> bytes;
+    sockaddr_in to;
+  };
+  bool happens(const char* kind, double time_s) {
+    for (const InjectedFault& f : settings_.faults)
+      if (f.target == "packets" && f.kind == kind && f.active(time_s) &&
+          std::uniform_real_distribution<double>(0, 1)(random_) < f.value)
+        return true;
+    return false;
+  }
+
+  Socket& socket_;
+  const EmulatorSettings& settings_;
+  std::mt19937_64 random_;
+  std::deque<Waiting> queue_;
+};
+
+/// The process's own faults: it dies, crashes or stands still.
+void fail_as_told(const EmulatorSettings& settings, double time_s, std::vector<bool>& done) {
+  for (std::size_t i = 0; i < settings.faults.size(); ++i) {
+    const InjectedFault& f = settings.faults[i];
+    if (f.target != "process" || time_s < f.from_s || done[i]) continue;
+    done[i] = true;
+    if (f.kind == "killed") std::raise(SIGKILL);
+    if (f.kind == "crashed") std::raise(SIGSEGV);
+    MonotonicClock clock;
+    clock.sleep_until(f.value);
+  }
+}
+
+}  // namespace
+
+void serve(EmulatedNode& node, const EmulatorSettings& settings, const std::function<bool()>& stop,
+           const std::function<void(const std::string&)>& listening) {
+  Socket socket(settings.port);
+  Wire wire(socket, settings);
+  std::vector<bool> done(settings.faults.size());
+  prepare_thread("node");
+  std::string setup = "as an ordinary thread";
+  if (settings.priority > 0) {
+    const SetupStep step = set_fifo_priority("node", settings.priority);
+    setup = step.granted ? step.what : step.what + " refused (" + step.detail + ")";
+  }
+  listening(setup);
+  MonotonicClock clock;
+  double heard_s = 0.0;
+  while (!stop()) {
+    char bytes[2 * NodePacket::size];
+    sockaddr_in from{};
+    for (ssize_t size; (size = socket.receive(bytes, sizeof bytes, from)) >= 0;) {
+      const double now_s = clock.now_s(), time_s = node.open() ? node.session_time_s(now_s) : 0.0;
+      const auto packet = NodePacket::decode({bytes, static_cast<std::size_t>(size)});
+      if (!packet || wire.lost(time_s)) continue;
+      heard_s = now_s;
+      if (const auto answer = node.take(*packet, now_s)) wire.send(*answer, from, now_s, time_s);
+    }
+    const double now_s = clock.now_s();
+    node.tick(now_s);
+    wire.flush(now_s);
+    if (node.open()) fail_as_told(settings, node.session_time_s(now_s), done);
+    if (node.open() && settings.idle_exit_s > 0 && now_s - heard_s > settings.idle_exit_s) return;
+    socket.wait(0.5e-3);
+  }
+}
+
+std::string node_report(const EmulatedNode& node) {
+  const NodeLog& log = node.log();
+  nlohmann::ordered_json json = {{"sessions", log.sessions},
+                                 {"commands", log.commands},
+                                 {"old_packets", log.old_packets},
+                                 {"timeouts", log.timeouts},
+                                 {"refused", log.refused},
+                                 {"longest_silence_ms", 1e3 * log.longest_silence_s},
+                                 {"safe_after_ms", 1e3 * log.safe_after_s}};
+  if (node.open()) json["final_outputs"] = {{"coils", node.outputs().coils}, {"motor_n", node.outputs().motor_force_n}};
+  json["events"] = nlohmann::ordered_json::array();
+  for (const NodeLog::Event& e : log.events) json["events"].push_back({{"time_s", e.time_s}, {"what", e.what}});
+  return json.dump(1) + "\n";
+}
+
+}  // namespace solenoid

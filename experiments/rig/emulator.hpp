@@ -1,0 +1,27 @@
+#pragma once
+
+#include "experiments/rig/emulated_node.hpp"
+
+#include <functional>
+#include <string>
+
+namespace solenoid {
+
+/// The emulator's process: where it listens, and how its packets and itself fail.
+struct EmulatorSettings {
+  int port = node_port;
+  std::vector<InjectedFault> faults;  ///< packets and process; the plant has its own
+  std::uint64_t seed = 1;
+  double idle_exit_s = 0.0;  ///< ends after so long without a packet, once a session has begun; 0: never
+  int priority = 85;         ///< SCHED_FIFO; 0: as it is
+};
+
+/// Serves the node on 127.0.0.1 in real time until `stop()`. Throws OutputError if the port cannot be had.
+/// `listening` is called once it can be reached.
+void serve(EmulatedNode& node, const EmulatorSettings& settings, const std::function<bool()>& stop,
+           const std::function<void(const std::string&)>& listening);
+
+/// What the node has seen, as JSON.
+std::string node_report(const EmulatedNode& node);
+
+}  // namespace solenoid

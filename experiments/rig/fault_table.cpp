@@ -1,0 +1,228 @@
+#include "experiments/rig/fault_table.hpp"
+
+#include "controllers/timing.hpp"
+#include "core/actuator/valves.hpp"
+#include "core/rt/clock.hpp"
+#include "core/rt/control_loop.hpp"
+#include "core/rt/deferred_solver.hpp"
+#include "experiments/campaign/campaign.hpp"
+#include "experiments/report/text_table.hpp"
+#include "experiments/rig/faulty_plant.hpp"
+#include "experiments/rig/make_ladder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+namespace solenoid {
+namespace {
+
+constexpr double rest_s = 1.0, moving_s = 3.5;  // into the cycloid: its dwell, and near its greatest speed
+
+/// A solver in a thread, on simulated time: its plan is there `ticks` after it began, and it begins when it is free.
+template <HybridModel M>
+class LateSolver final : public DeferredSolver<M> {
+ public:
+  using Finished = typename DeferredSolver<M>::Finished;
+  LateSolver(std::unique_ptr<Solver<M>> solver, const std::vector<InjectedFault>& faults)
+      : solver_(std::move(solver)), faults_(faults) {}
+
+  void prepare(const Problem<M>& problem) override {
+    for (const InjectedFault& f : faults_)
+      if (f.kind == "throw") throw std::runtime_error("the solver refuses to start (injected)");
+    solver_->prepare(problem);
+    waiting_ = std::make_unique<Problem<M>>(problem);
+  }
+  void post(std::int64_t ticket, const Problem<M>& problem, const Plan<M>& warm_start, double) noexcept override {
+    copy_situation(problem, *waiting_);
+    waiting_start_ = warm_start;
+    waiting_ticket_ = ticket;
+    begin_if_free();
+  }
+  const Finished* collect() noexcept override {
+    ++tick_;
+    if (!busy_ || tick_ < done_at_) return nullptr;
+    busy_ = false;
+    given_ = working_;
+    begin_if_free();
+    return &given_;
+  }
+  Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
+    return solver_->solve(problem, plan, deadline);
+  }
+
+ private:
+  void begin_if_free() noexcept {
+    if (busy_ || waiting_ticket_ < 0) return;
+    working_.ticket = waiting_ticket_;
+    waiting_ticket_ = -1;
+    working_.plan = waiting_start_;
+    working_.report = solver_->solve(*waiting_, working_.plan, Deadline::never());
+    done_at_ = tick_ + 1;
+    busy_ = true;
+    const double now_s = static_cast<double>(tick_) * tick_s;
+    for (const InjectedFault& f : faults_) {
+      if (!f.active(now_s)) continue;
+      if (f.kind == "late") done_at_ = tick_ + 1 + std::llround(f.value);
+      if (f.kind == "hang") done_at_ = std::numeric_limits<std::int64_t>::max();
+      if (f.kind == "nan")
+        for (ContinuousOf<M>& u : working_.plan.continuous) u.fill(std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+
+  std::unique_ptr<Solver<M>> solver_;
+  std::vector<InjectedFault> faults_;
+  std::unique_ptr<Problem<M>> waiting_;
+  Plan<M> waiting_start_;
+  std::int64_t waiting_ticket_ = -1, tick_ = 0, done_at_ = 0;
+  bool busy_ = false;
+  Finished working_, given_;
+};
+
+class LateWrapper final : public SolverWrapper {
+ public:
+  explicit LateWrapper(const std::vector<InjectedFault>& faults) {
+    for (const InjectedFault& f : faults)
+      if (f.target == "solver") faults_.push_back(f);
+  }
+  std::unique_ptr<Solver<PneumaticActuator>> wrap(std::unique_ptr<Solver<PneumaticActuator>> s) override {
+    return std::make_unique<LateSolver<PneumaticActuator>>(std::move(s), faults_);
+  }
+  std::unique_ptr<Solver<PrestabilisedActuator>> wrap(std::unique_ptr<Solver<PrestabilisedActuator>> s) override {
+    return std::make_unique<LateSolver<PrestabilisedActuator>>(std::move(s), faults_);
+  }
+
+ private:
+  std::vector<InjectedFault> faults_;
+};
+
+/// Follows a run tick by tick and notes what the fault led to.
+struct Observer {
+  const ModeSet& modes;
+  double fault_s, motor_limit_n;
+  FaultOutcome& out;
+  FaultSet known{};
+
+  void record(const TickRecord& t) noexcept {
+    const Decision& d = t.decision;
+    out.in_range =
+        out.in_range && modes.find(t.applied.coils) >= 0 && std::abs(t.applied.motor_force_n) <= motor_limit_n;
+    out.final_command = t.applied;
+    out.last = d.rung;
+    const double since_ms = 1e3 * (t.sensors.time_s - fault_s);
+    if (since_ms < -0.5) {
+      known |= d.faults;
+      return;
+    }
+    const bool noticed = (d.faults.bits() & ~known.bits()) != 0 || d.rung != Rung::fresh;
+    if (noticed && out.detected_ms < 0) out.detected_ms = since_ms;
+    if (out.detected_ms >= 0 && out.acted_ms < 0 && d.rung != Rung::fresh) out.acted_ms = since_ms - out.detected_ms;
+    out.worst = std::max(out.worst, d.rung);
+    if (d.rung == Rung::safe) out.causes |= d.safe_causes;
+    out.largest_error_mm =
+        std::max(out.largest_error_mm, 1e3 * std::abs(d.reference.position - t.sensors.truth[position]));
+  }
+};
+
+}  // namespace
+
+FaultOutcome simulate_fault(const std::string& name, const std::string& fault, bool moving, double until_s,
+                            double rearm_at_s) {
+  FaultOutcome out;
+  out.name = name;
+  out.fault = fault;
+  out.moving = moving;
+  const std::vector<InjectedFault> faults = parse_faults({fault});
+  const Campaign campaign = read_campaign("rig", {{"nine_state"}, {"cycloidal"}});
+  const VariantConfig& variant = campaign.variants.front();
+  const ScenarioConfig& scenario = campaign.scenarios.front();
+  FaultyPlant plant(make_plant(variant, scenario, 1), faults, variant.valves, 1);
+  LateWrapper wrapper(faults);
+  std::unique_ptr<FallbackLadder> ladder;
+  try {
+    ladder = make_ladder(variant, scenario.trajectory, scenario.plane, {}, &wrapper);
+  } catch (const std::exception& error) {
+    out.note = fmt::format("refused before the first command: {}", error.what());
+    return out;
+  }
+  CommandLimits limits = make_limits(variant);
+  const ModeSet modes = valve_modes(variant.valves, variant.believed);
+  Observer observer{modes, faults.front().from_s, variant.believed.motor_force_limit_n(), out};
+  FakeClock clock;
+  ControlLoop loop(plant, clock, *ladder, limits, observer);
+  loop.run(std::llround(until_s / tick_s), tick_s, [&] {
+    if (rearm_at_s >= 0 && std::abs(clock.now_s() - rearm_at_s) < 0.5 * tick_s) ladder->request_rearm();
+    return false;
+  });
+  if (ladder->counts().rearms > 0) out.note = "re-armed";
+  if (ladder->counts().refused_rearms > 0) out.note = "re-arm refused";
+  return out;
+}
+
+std::vector<FaultOutcome> simulated_faults() {
+  std::vector<FaultOutcome> table;
+  const auto add = [&](const std::string& what, bool moving, double for_s = 0.0, double rearm_s = -1.0) {
+    const double from_s = moving ? moving_s : rest_s;
+    const std::string spec = fmt::format("{}@{}", what, from_s) + (for_s > 0 ? fmt::format("+{}", for_s) : "");
+    table.push_back(simulate_fault(what, spec, moving, from_s + (rearm_s > 0 ? rearm_s + 2.0 : 2.0),
+                                   rearm_s > 0 ? from_s + rearm_s : -1.0));
+  };
+  for (const bool moving : {false, true}) {
+    for (const char* sensor : {"position", "pressure_a", "pressure_b"}) {
+      const bool position = std::string(sensor) == "position";
+      for (const char* kind : {"off", "stuck", "garbage", "slow=0.05", "delayed=0.05", "intermittent=0.1"})
+        add(fmt::format("{}:{}", sensor, kind), moving);
+      add(fmt::format("{}:offset={}", sensor, position ? "0.005" : "30000"), moving);
+    }
+    for (const char* what : {"valves:stuck", "valves:swapped", "supply:lost"}) add(what, moving);
+  }
+  for (const char* late : {"1", "2", "5", "10", "20", "50"}) add(fmt::format("solver:late={}", late), true, 0.5);
+  for (const char* kind : {"hang", "nan", "throw"}) add(fmt::format("solver:{}", kind), true);
+  add("position:garbage", true, 0.3, 0.6);
+  add("position:garbage", true, 0.8, 0.6);
+  return table;
+}
+
+std::string fault_table_text(const std::vector<FaultOutcome>& simulated, const std::vector<ProcessOutcome>& processes) {
+  const auto left = TextTable::Align::left, right = TextTable::Align::right;
+  TextTable table({{"fault", left},
+                   {"when", left},
+                   {"noticed ms", right},
+                   {"acted ms", right},
+                   {"worst rung", left},
+                   {"last rung", left},
+                   {"final coils, motor", left},
+                   {"error mm", right},
+                   {"in range", left},
+                   {"why SAFE", left}});
+  const auto ms = [](double value) { return value < 0 ? std::string("-") : fmt::format("{:.0f}", value); };
+  for (const FaultOutcome& f : simulated)
+    table.add_row(std::vector<std::string>{
+        f.name, f.moving ? "moving" : "at rest", ms(f.detected_ms), ms(f.acted_ms), std::string(to_string(f.worst)),
+        std::string(to_string(f.last)),
+        fmt::format("{:04b}, {:.1f} N", f.final_command.coils, f.final_command.motor_force_n),
+        fmt::format("{:.1f}", f.largest_error_mm), f.in_range ? "yes" : "NO",
+        (f.causes.empty() ? std::string() : to_string(f.causes)) + (f.note.empty() ? "" : " " + f.note)});
+  std::string text = table.text(false);
+  if (processes.empty()) return text;
+  TextTable second({{"process", left},
+                    {"run's exit", right},
+                    {"node safe after ms", right},
+                    {"longest silence ms", right},
+                    {"node's outputs", left},
+                    {"refused", right},
+                    {"ticks in the log", right},
+                    {"closed", left},
+                    {"why SAFE", left}});
+  for (const ProcessOutcome& p : processes)
+    second.add_row(std::vector<std::string>{
+        p.name, std::to_string(p.exit_code), p.safe_after_ms < 0 ? "-" : fmt::format("{:.1f}", p.safe_after_ms),
+        fmt::format("{:.1f}", p.longest_silence_ms),
+        fmt::format("{:04b}, {:.1f} N", p.final_outputs.coils, p.final_outputs.motor_force_n),
+        std::to_string(p.refused), std::to_string(p.log_ticks), p.log_closed ? "yes" : "no", p.causes});
+  return text + "\n" + second.text(false);
+}
+
+}  // namespace solenoid

@@ -1,0 +1,52 @@
+#pragma once
+
+#include "core/rt/controller.hpp"
+
+#include <string>
+#include <vector>
+
+namespace solenoid {
+
+/// What a provoked fault led to. Times are in milliseconds of the plant's time; -1: it did not happen.
+struct FaultOutcome {
+  std::string name, fault;
+  bool moving = false;
+  double detected_ms = -1;  ///< from the fault to the first tick that notices: a fault flag, or a rung below fresh
+  double acted_ms = -1;     ///< from the notice to the first command of a rung that answers it
+  Rung worst = Rung::fresh, last = Rung::fresh;
+  FaultSet causes;                ///< of SAFE
+  Command final_command;          ///< what left last
+  double largest_error_mm = 0.0;  ///< of the true position, after the fault
+  bool in_range = true;           ///< every command that left was an allowed one
+  std::string note;
+};
+
+/// The faults of sensors, valves, supply and solver, at rest and moving, on a clock of simulated time: the rig's own
+/// loop, ladder and exit around the twin. The same program gives the same table.
+std::vector<FaultOutcome> simulated_faults();
+
+/// One of them: `fault` in the grammar of fault_script.hpp, its time included; re-armed at `rearm_at_s` if not
+/// negative.
+FaultOutcome simulate_fault(const std::string& name, const std::string& fault, bool moving, double until_s,
+                            double rearm_at_s = -1.0);
+
+/// What became of a process-level fault: a controller and an emulated node as two processes of this program.
+struct ProcessOutcome {
+  std::string name;
+  int exit_code = 0;              ///< of `run`; 128 + signal if one ended it
+  double safe_after_ms = -1;      ///< node: last command to safe outputs, if it had to time out
+  double longest_silence_ms = 0;  ///< node: between two commands
+  Command final_outputs;          ///< of the node
+  std::int64_t refused = 0;       ///< commands the node refused
+  std::int64_t log_ticks = 0;     ///< that can be read back
+  bool log_closed = false;
+  std::string causes;
+};
+
+/// Signals, lost processes and wires, disks: real processes in real time, some seconds each. `program`: this program's
+/// file; `folder`: for their results.
+std::vector<ProcessOutcome> process_faults(const std::string& program, const std::string& folder);
+
+std::string fault_table_text(const std::vector<FaultOutcome>& simulated, const std::vector<ProcessOutcome>& processes);
+
+}  // namespace solenoid

@@ -1,0 +1,47 @@
+#pragma once
+
+#include "experiments/rig/fault_script.hpp"
+#include "experiments/sim/simulated_plant.hpp"
+
+#include <array>
+#include <memory>
+#include <random>
+
+namespace solenoid {
+
+/// A simulated plant whose sensors, valves and supply fail by script. A sensor that is off shows the middle of its
+/// converter; garbage is anywhere in its range. Swapped valves exchange the chambers; a lost supply leaves the supply
+/// valves without effect.
+class FaultyPlant final : public SimulatedPlant {
+ public:
+  FaultyPlant(std::unique_ptr<SimulatedPlant> plant, std::vector<InjectedFault> faults, const std::string& valves,
+              std::uint64_t seed);
+
+  Sensors read(double time_s) noexcept override;
+  void write(const Command& command) noexcept override;
+  double air_used_kg() const override { return plant_->air_used_kg(); }
+
+  /// What reached the valves and the motor.
+  const Command& outputs() const { return outputs_; }
+
+ private:
+  static constexpr std::size_t history = 512;
+  struct Channel {
+    double held = 0.0, slow = 0.0, low = 0.0, high = 0.0;
+    bool frozen = false;
+    std::array<double, history> past{};
+  };
+  double spoiled(const InjectedFault& fault, Channel& channel, double value, double time_s) noexcept;
+
+  std::unique_ptr<SimulatedPlant> plant_;
+  std::vector<InjectedFault> faults_;
+  SwitchPattern supply_coils_ = 0;
+  unsigned coils_a_chamber_;
+  std::array<Channel, 3> channels_;
+  std::mt19937_64 random_;
+  Command outputs_;
+  double time_s_ = 0.0;
+  std::size_t tick_ = 0;
+};
+
+}  // namespace solenoid

@@ -1,0 +1,24 @@
+#include "experiments/rig/plants.hpp"
+
+#include "core/config/reader.hpp"
+#include "experiments/rig/calibration.hpp"
+#include "experiments/rig/faulty_plant.hpp"
+#include "experiments/rig/udp_io.hpp"
+
+namespace solenoid {
+
+OpenedPlant open_plant(const PlantChoice& choice, const VariantConfig& variant, const ScenarioConfig& scenario,
+                       std::uint64_t seed) {
+  OpenedPlant opened;
+  if (choice.kind == "emulator") {
+    auto plant = std::make_unique<RigPlant>(std::make_unique<UdpIo>(parse_node_address(choice.address)), Calibration{});
+    opened.rig = plant.get();
+    opened.plant = std::move(plant);
+    return opened;
+  }
+  opened.plant =
+      std::make_unique<FaultyPlant>(make_plant(variant, scenario, seed), choice.faults, variant.valves, seed);
+  return opened;
+}
+
+}  // namespace solenoid

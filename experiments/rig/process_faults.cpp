@@ -1,0 +1,175 @@
+#include "experiments/campaign/files.hpp"
+#include "experiments/log/recorded_run.hpp"
+#include "experiments/rig/fault_table.hpp"
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <thread>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace solenoid {
+namespace {
+
+constexpr double strike_s = 1.5;  // after the run was started
+
+void wait_s(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
+
+/// A process of this program, its output in a file; ended with the object.
+class Child {
+ public:
+  Child(
+      const std::string& program, std::vector<std::string> arguments, const std::string& output,
+      const std::function<void()>& before = [] {}) {
+    arguments.insert(arguments.begin(), program);
+    std::vector<char*> argv;
+    for (std::string& a : arguments) argv.push_back(a.data());
+    argv.push_back(nullptr);
+    pid_ = ::fork();
+    if (pid_ != 0) return;
+    const int file = ::open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    ::dup2(file, STDOUT_FILENO);
+    ::dup2(file, STDERR_FILENO);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGXFSZ}) std::signal(signal, SIG_DFL);
+    before();
+    ::execv(program.c_str(), argv.data());
+    ::_exit(127);
+  }
+  ~Child() {
+    if (pid_ <= 0) return;
+    ::kill(pid_, SIGCONT);
+    ::kill(pid_, SIGKILL);
+    ::waitpid(pid_, nullptr, 0);
+  }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+
+  void send(int signal) const { ::kill(pid_, signal); }
+  /// Its exit code, 128 + signal, or -1 if it has not ended by then.
+  int wait(double most_s) {
+    for (double waited = 0.0; waited < most_s; waited += 0.02) {
+      int status = 0;
+      if (::waitpid(pid_, &status, WNOHANG) == pid_) {
+        pid_ = -1;
+        return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+      }
+      wait_s(0.02);
+    }
+    return -1;
+  }
+
+ private:
+  pid_t pid_ = -1;
+};
+
+struct Case {
+  const char* name;
+  std::vector<std::string> run_arguments, node_arguments;
+  std::function<void(Child&)> strike = [](Child&) {};
+  std::function<void()> before_run = [] {};
+};
+
+std::vector<Case> cases() {
+  const auto signal = [](int which) { return [which](Child& run) { run.send(which); }; };
+  const auto stopped = [](Child& run) {
+    run.send(SIGSTOP);
+    wait_s(0.1);
+    run.send(SIGCONT);
+  };
+  const auto limited = [] {
+    const rlimit limit{300'000, 300'000};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  };
+  const auto hog = [](Child&) {
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 4; ++i)
+      threads.emplace_back([] {
+        const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(800);
+        while (std::chrono::steady_clock::now() < until) {
+        }
+      });
+    for (std::thread& t : threads) t.join();
+  };
+  return {{"nothing", {}, {}},
+          {"SIGINT", {}, {}, signal(SIGINT)},
+          {"SIGTERM", {}, {}, signal(SIGTERM)},
+          {"SIGSEGV", {}, {}, signal(SIGSEGV)},
+          {"SIGKILL", {}, {}, signal(SIGKILL)},
+          {"SIGSTOP for 100 ms", {}, {}, stopped},
+          {"node killed", {}, {"--fault", "process:killed@1"}},
+          {"node stands still for 100 ms", {}, {"--fault", "process:stopped=0.1@1"}},
+          {"every packet lost", {}, {"--fault", "packets:lost=1@1"}},
+          {"5 % of packets lost", {}, {"--fault", "packets:lost=0.05@1"}},
+          {"packets 2 ms late", {}, {"--fault", "packets:late=2@1"}},
+          {"10 % of packets repeated", {}, {"--fault", "packets:repeated=0.1@1"}},
+          {"5 % of packets corrupt", {}, {"--fault", "packets:corrupt=0.05@1"}},
+          {"disk full", {}, {}, [](Child&) {}, limited},
+          {"solver hangs", {"--fault", "solver:hang@1"}, {}},
+          {"CPU hog", {}, {}, hog}};
+}
+
+/// The log's ticks, and whether it was closed.
+void look_at_log(const std::string& folder, ProcessOutcome& out) {
+  const std::string path = folder + "/cycloidal--nine_state--s1.mcap";
+  try {
+    const RecordedRun run = read_run(path);
+    out.log_ticks = static_cast<std::int64_t>(run.ticks.size());
+    out.log_closed = run.problem.empty();
+    const Decision& last = run.ticks.back().decision;
+    if (last.rung == Rung::safe) out.causes = to_string(last.safe_causes);
+  } catch (const std::exception& error) {
+    out.causes = error.what();
+  }
+}
+
+void look_at_node(const std::string& path, ProcessOutcome& out) {
+  const auto text = read_whole_file(path);
+  if (!text) return;  // it was killed
+  const auto report = nlohmann::json::parse(*text);
+  out.longest_silence_ms = report.at("longest_silence_ms");
+  if (report.at("timeouts") > 0) out.safe_after_ms = report.at("safe_after_ms");
+  out.refused = report.at("refused");
+  if (const auto outputs = report.find("final_outputs"); outputs != report.end())
+    out.final_outputs = {outputs->at("coils"), outputs->at("motor_n")};
+}
+
+ProcessOutcome provoke(const Case& c, const std::string& program, const std::string& folder, int port) {
+  ProcessOutcome out;
+  out.name = c.name;
+  const std::string here = fmt::format("{}/{}", folder, port), report = here + "-node.json";
+  std::vector<std::string> node = {"emulator", "--port", std::to_string(port), "--report", report, "--idle-exit", "1"};
+  node.insert(node.end(), c.node_arguments.begin(), c.node_arguments.end());
+  std::vector<std::string> run = {
+      "run",        "nine_state", "--plant", "emulator", "--node", fmt::format("127.0.0.1:{}", port),
+      "--duration", "3",          "--out",   here,       "--quiet"};
+  run.insert(run.end(), c.run_arguments.begin(), c.run_arguments.end());
+  Child emulator(program, node, here + "-node.txt");
+  wait_s(0.2);
+  Child controller(program, run, here + "-run.txt", c.before_run);
+  wait_s(strike_s);
+  c.strike(controller);
+  out.exit_code = controller.wait(20.0);
+  emulator.wait(5.0);
+  look_at_log(here, out);
+  look_at_node(report, out);
+  return out;
+}
+
+}  // namespace
+
+std::vector<ProcessOutcome> process_faults(const std::string& program, const std::string& folder) {
+  std::vector<ProcessOutcome> table;
+  int port = 20000 + ::getpid() % 20000;
+  for (const Case& c : cases()) table.push_back(provoke(c, program, folder, port++));
+  return table;
+}
+
+}  // namespace solenoid

@@ -1,0 +1,144 @@
+#include "experiments/rig/replay_run.hpp"
+
+#include "controllers/timing.hpp"
+#include "core/config/reader.hpp"
+#include "core/rt/deferred_solver.hpp"
+#include "experiments/campaign/campaign.hpp"
+#include "experiments/campaign/files.hpp"
+#include "experiments/rig/make_ladder.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace solenoid {
+namespace {
+
+/// Solves when it is posted to, and hands plans out in the ticks the log names.
+template <HybridModel M>
+class LoggedArrivals final : public DeferredSolver<M> {
+ public:
+  using Finished = typename DeferredSolver<M>::Finished;
+  LoggedArrivals(std::unique_ptr<Solver<M>> solver, const std::int64_t& arriving)
+      : solver_(std::move(solver)), arriving_(arriving) {}
+
+  void prepare(const Problem<M>& problem) override { solver_->prepare(problem); }
+  void post(std::int64_t ticket, const Problem<M>& problem, const Plan<M>& warm_start, double) noexcept override {
+    Finished& slot = kept_[static_cast<std::size_t>(ticket / ticks_per_period) % kept_.size()];
+    slot.ticket = ticket;
+    slot.plan = warm_start;
+    slot.report = solver_->solve(problem, slot.plan, Deadline::never());
+  }
+  const Finished* collect() noexcept override {
+    if (arriving_ < 0) return nullptr;
+    const Finished& slot = kept_[static_cast<std::size_t>(arriving_ / ticks_per_period) % kept_.size()];
+    return slot.ticket == arriving_ ? &slot : nullptr;
+  }
+  Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
+    return solver_->solve(problem, plan, deadline);
+  }
+
+ private:
+  std::unique_ptr<Solver<M>> solver_;
+  const std::int64_t& arriving_;
+  std::array<Finished, 256> kept_{};  // a plan later than 1.28 s came from no controller of ours
+};
+
+class ArrivalsWrapper final : public SolverWrapper {
+ public:
+  std::unique_ptr<Solver<PneumaticActuator>> wrap(std::unique_ptr<Solver<PneumaticActuator>> s) override {
+    return std::make_unique<LoggedArrivals<PneumaticActuator>>(std::move(s), arriving);
+  }
+  std::unique_ptr<Solver<PrestabilisedActuator>> wrap(std::unique_ptr<Solver<PrestabilisedActuator>> s) override {
+    return std::make_unique<LoggedArrivals<PrestabilisedActuator>>(std::move(s), arriving);
+  }
+  std::int64_t arriving = -1;
+};
+
+/// What a person or the end of the run did to the ladder in this tick.
+void repeat_requests(const TickRecord& tick, const TickRecord* before, FallbackLadder& ladder) {
+  for (const Fault why : {Fault::stopped, Fault::aborted})
+    if (tick.decision.safe_causes.has(why)) ladder.request_stop(why);
+  if (before && before->decision.rung == Rung::safe && tick.decision.rung != Rung::safe) ladder.request_rearm();
+}
+
+void compare(const TickRecord& logged, const Decision& decided, double& squares, ReplayResult& result) {
+  const bool coils = logged.decision.command.coils != decided.command.coils;
+  const double motor = logged.decision.command.motor_force_n - decided.command.motor_force_n;
+  result.coil_differences += coils;
+  result.motor_differences += motor != 0.0;
+  squares += motor * motor;
+  if ((coils || motor != 0.0) && result.first_difference_s < 0) result.first_difference_s = logged.sensors.time_s;
+}
+
+ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, std::int64_t* arriving) {
+  using Clock = std::chrono::steady_clock;
+  ReplayResult result;
+  std::vector<double> solve_us, step_us;
+  double squares = 0.0;
+  if (const auto from = run.about.find("restart_m"); from != run.about.end())
+    ladder.restart(0.0, std::stod(from->second));
+  const TickRecord* before = nullptr;
+  for (const TickRecord& logged : run.ticks) {
+    if (arriving) *arriving = logged.decision.solved ? logged.decision.ticket : -1;
+    repeat_requests(logged, before, ladder);
+    const auto begin = Clock::now();
+    const Decision d = ladder.step(logged.sensors);
+    step_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
+    ladder.applied(logged.applied);
+    compare(logged, d, squares, result);
+    if (d.solved) solve_us.push_back(d.report.time_us);
+    if (logged.decision.solved && logged.decision.report.status == Status::deadline_reached) ++result.unproven;
+    result.decided.push_back(logged);
+    result.decided.back().decision = d;
+    before = &logged;
+  }
+  result.ticks = static_cast<std::int64_t>(run.ticks.size());
+  result.motor_difference_rms_n = std::sqrt(squares / static_cast<double>(result.ticks));
+  result.solve_us = percentiles(solve_us);
+  result.step_us = percentiles(step_us);
+  return result;
+}
+
+const std::string& said(const RecordedRun& run, const char* key) {
+  const auto value = run.about.find(key);
+  if (value == run.about.end())
+    throw ConfigError(fmt::format("the log does not say its {} (allowed: a log of `solenoid run`)", key));
+  return value->second;
+}
+
+}  // namespace
+
+RecordedTask recorded_task(const RecordedRun& run) {
+  std::string path = (std::filesystem::temp_directory_path() / "solenoid-replay-XXXXXX.toml").string();
+  const int file = ::mkstemps(path.data(), 5);
+  if (file < 0) throw OutputError(path + ": cannot be written");
+  ::close(file);
+  write_file_atomically(path, said(run, "campaign"));
+  try {
+    const Campaign campaign = read_campaign(path, {{said(run, "variant")}, {said(run, "scenario")}});
+    std::filesystem::remove(path);
+    RecordedTask task{campaign.variants.front(), campaign.scenarios.front()};
+    task.variant.latency_ticks = said(run, "policy") == "next_slot" ? ticks_per_period : 0;
+    return task;
+  } catch (...) {
+    std::filesystem::remove(path);
+    throw;
+  }
+}
+
+ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task) {
+  ArrivalsWrapper wrapper;
+  const auto ladder = make_ladder(task.variant, task.scenario.trajectory, task.scenario.plane, {}, &wrapper);
+  return through(run, *ladder, &wrapper.arriving);
+}
+
+ReplayResult replay_other(const RecordedRun& run, const VariantConfig& variant, const ScenarioConfig& scenario) {
+  const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, {}, nullptr);
+  return through(run, *ladder, nullptr);
+}
+
+}  // namespace solenoid

@@ -1,0 +1,38 @@
+#pragma once
+
+#include "controllers/variant.hpp"
+#include "core/metrics/metrics.hpp"
+#include "experiments/log/recorded_run.hpp"
+#include "experiments/sim/simulate.hpp"
+
+#include <string>
+
+namespace solenoid {
+
+/// A recorded measurement stream through a controller.
+struct ReplayResult {
+  std::int64_t ticks = 0;
+  std::int64_t coil_differences = 0, motor_differences = 0;  ///< ticks whose decided command is another
+  double motor_difference_rms_n = 0.0, first_difference_s = -1.0;
+  std::int64_t unproven = 0;  ///< solves the log's deadline cut short: another machine may end elsewhere
+  Percentiles solve_us, step_us;
+  std::vector<TickRecord> decided;  ///< the log's ticks with the decisions of the replay
+};
+
+/// The variant and task a log was made with.
+struct RecordedTask {
+  VariantConfig variant;
+  ScenarioConfig scenario;
+};
+/// Throws ConfigError if the log does not say.
+RecordedTask recorded_task(const RecordedRun& run);
+
+/// Through the controller the log was made with: plans arrive in the ticks they arrived in, the operator's stops and
+/// re-arms come when they came. The same program gives the same commands.
+ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task);
+
+/// Through any variant, each solve done in its tick: what it would have done, and how long it takes. It is told what
+/// was applied then.
+ReplayResult replay_other(const RecordedRun& run, const VariantConfig& variant, const ScenarioConfig& scenario);
+
+}  // namespace solenoid

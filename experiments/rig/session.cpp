@@ -1,0 +1,202 @@
+#include "experiments/rig/session.hpp"
+
+#include "controllers/timing.hpp"
+#include "core/rt/allocation_guard.hpp"
+#include "core/rt/clock.hpp"
+#include "experiments/log/run_log.hpp"
+#include "experiments/rig/background.hpp"
+#include "experiments/rig/make_ladder.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include <fmt/format.h>
+
+namespace solenoid {
+namespace {
+
+constexpr int safe_ticks = 25;         // commanded safe before the loop ends: longer than the node's own timeout
+constexpr double most_kept_s = 120.0;  // of ticks for the metrics
+constexpr double watch_s = 0.05;
+
+/// Collects what the summary needs, in the log's thread; sized once.
+class Statistics {
+ public:
+  explicit Statistics(double duration_s) {
+    const auto ticks = static_cast<std::size_t>(duration_s / tick_s) + 1000;
+    for (auto* v : {&late_, &read_, &control_, &write_, &tick_}) v->reserve(ticks);
+    solve_.reserve(ticks / ticks_per_period);
+    kept_.reserve(std::min(ticks, static_cast<std::size_t>(most_kept_s / tick_s)));
+  }
+  void add(const TickRecord& t) {
+    if (t.decision.safe_causes.has(Fault::stopped)) return;  // the end is no part of the task
+    late_.push_back(t.timing.late_us);
+    read_.push_back(t.timing.read_us);
+    control_.push_back(t.timing.control_us);
+    write_.push_back(t.timing.write_us);
+    tick_.push_back(t.timing.total_us());
+    if (t.decision.solved) solve_.push_back(t.decision.report.time_us);
+    if (kept_.size() < kept_.capacity()) kept_.push_back(t);
+  }
+  SessionTiming timing() {
+    return {percentiles(late_),  percentiles(read_), percentiles(control_),
+            percentiles(write_), percentiles(tick_), percentiles(solve_)};
+  }
+  const std::vector<TickRecord>& kept() const { return kept_; }
+
+ private:
+  std::vector<double> late_, read_, control_, write_, tick_, solve_;
+  std::vector<TickRecord> kept_;
+};
+
+std::uint64_t wall_ns() {
+  return static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
+          .count());
+}
+
+/// What the tick thread and the one that waits for it share.
+struct Shared {
+  std::atomic<bool> ended{false};
+  std::vector<SetupStep> setup;
+  LoopCounts loop;
+  FaultSet causes;
+  double last_s = 0.0;
+  std::int64_t allocations = 0;
+};
+
+/// Ends the loop: at the end of the task, or of a SAFE nobody re-armed, through some ticks of safe commands.
+class Ending {
+ public:
+  Ending(FallbackLadder& ladder, const SessionSettings& settings) : ladder_(ladder), settings_(settings) {}
+  bool operator()(const TickRecord& tick) noexcept {
+    const double t = tick.sensors.time_s;
+    if (t >= settings_.duration_s) ladder_.request_stop();
+    if (!ladder_.safe())
+      safe_since_s_ = -1.0;
+    else if (safe_since_s_ < 0)
+      safe_since_s_ = t;
+    if (safe_since_s_ < 0) return false;
+    const bool stopped = tick.decision.safe_causes.has(Fault::stopped) || tick.decision.safe_causes.has(Fault::aborted);
+    const double patience = stopped ? 0.0 : settings_.rearm_wait_s;
+    return t - safe_since_s_ >= std::max(patience, settings_.ladder.lowering_s) + safe_ticks * tick_s;
+  }
+
+ private:
+  FallbackLadder& ladder_;
+  const SessionSettings& settings_;
+  double safe_since_s_ = -1.0;
+};
+
+/// The recorder of the loop: the log, and the last tick for whoever ends it.
+struct Tap {
+  RunLog& log;
+  TickRecord last;
+  void record(const TickRecord& tick) noexcept {
+    last = tick;
+    log.record(tick);
+  }
+};
+
+void tick_thread(Plant& plant, FallbackLadder& ladder, CommandLimits& limits, RunLog& log,
+                 const SessionSettings& settings, Shared& shared) {
+  prepare_thread("tick");
+  if (settings.tick_core >= 0) shared.setup.push_back(pin_to_core("tick", settings.tick_core));
+  if (settings.tick_priority > 0) shared.setup.push_back(set_fifo_priority("tick", settings.tick_priority));
+  MonotonicClock clock;
+  Tap tap{log, {}};
+  ControlLoop loop(plant, clock, ladder, limits, tap);
+  Ending ending(ladder, settings);
+  const auto most = static_cast<std::int64_t>((settings.duration_s + settings.rearm_wait_s + 3600.0) / tick_s);
+  const std::int64_t before = AllocationGuard::thread_allocations();
+  loop.run(most, tick_s, [&] { return ending(tap.last); });
+  shared.allocations = AllocationGuard::thread_allocations() - before;
+  plant.write({});
+  shared.loop = loop.counts();
+  shared.causes = tap.last.decision.safe_causes;
+  shared.last_s = tap.last.sensors.time_s;
+  shared.ended.store(true);
+}
+
+/// Until the tick thread has ended: interrupts, re-arms, a failing log, and something to look at.
+void wait_for(const Shared& shared, FallbackLadder& ladder, RunLog& log, const SessionWatch& watch,
+              SessionResult& result) {
+  while (!shared.ended.load()) {
+    std::this_thread::sleep_for(std::chrono::duration<double>(watch_s));
+    if (!result.interrupted && watch.interrupted()) {
+      result.interrupted = true;
+      ladder.request_stop();
+    }
+    if (log.failed()) ladder.request_stop(Fault::aborted);
+    if (watch.rearm_wanted()) ladder.request_rearm();
+    if (log.newest().take()) watch.show(log.newest().front());
+  }
+}
+
+}  // namespace
+
+bool SessionResult::clean() const {
+  FaultSet stopped;
+  stopped.add(Fault::stopped);
+  return causes == stopped && log_problem.empty();
+}
+
+SessionResult run_session(Plant& plant, const VariantConfig& chosen, const ScenarioConfig& scenario,
+                          const SessionSettings& settings, const SessionWatch& watch) {
+  SessionResult result;
+  VariantConfig variant = chosen;
+  variant.latency_ticks = settings.policy == PlanPolicy::next_slot ? ticks_per_period : 0;
+  result.setup.push_back(lock_memory());
+  SolverThreadSettings solver;
+  solver.period_s = period_s;
+  solver.priority = settings.solver_priority;
+  solver.core = settings.solver_core;
+  BackgroundWrapper wrapper(solver, settings.faults);
+  const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, settings.ladder, &wrapper);
+  CommandLimits limits = make_limits(variant);
+  limits.set_rates(settings.rates);
+  Statistics statistics(settings.duration_s);
+  RunLogSettings log_settings;
+  log_settings.folder = settings.log_folder;
+  log_settings.name = settings.log_name;
+  log_settings.start_ns = wall_ns();
+  log_settings.live_port = settings.live_port;
+  log_settings.about = settings.about;
+  if (!settings.at_start_position) {
+    plant.write({});
+    const double from_m = plant.read(0.0).position_m;
+    ladder->restart(0.0, from_m);
+    log_settings.about["restart_m"] = fmt::format("{}", from_m);
+  }
+  RunLog log(log_settings, [&](const TickRecord& tick) { statistics.add(tick); });
+
+  Shared shared;
+  std::thread thread([&] { tick_thread(plant, *ladder, limits, log, settings, shared); });
+  wait_for(shared, *ladder, log, watch, result);
+  thread.join();
+  settings.after_last_tick();
+
+  result.loop = shared.loop;
+  result.causes = shared.causes;
+  result.ended_s = shared.last_s;
+  result.allocations_in_tick = shared.allocations;
+  result.ladder = ladder->counts();
+  result.refused_commands = limits.refused();
+  result.slowed_commands = limits.slowed();
+  for (SetupStep& step : shared.setup) result.setup.push_back(std::move(step));
+  result.log_path = log.path();
+  result.log_problem = log.close({{"ticks", std::to_string(result.loop.ticks)},
+                                  {"skipped", std::to_string(result.loop.skipped)},
+                                  {"late", std::to_string(result.loop.late)},
+                                  {"ended_in", to_string(result.causes)}});
+  result.timing = statistics.timing();
+  const auto* simulated = dynamic_cast<const SimulatedPlant*>(&plant);
+  result.metrics = evaluate_run(statistics.kept(), scenario.trajectory, tick_s,
+                                simulated ? simulated->air_used_kg() : 0.0, 1e6 * period_s);
+  return result;
+}
+
+}  // namespace solenoid

@@ -1,0 +1,134 @@
+#include "experiments/rig/summary.hpp"
+
+#include "experiments/report/text_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace solenoid {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Phase {
+  const char* name;
+  Percentiles SessionTiming::*values;
+};
+constexpr Phase phases[] = {{"late", &SessionTiming::late},       {"read", &SessionTiming::read},
+                            {"control", &SessionTiming::control}, {"write", &SessionTiming::write},
+                            {"tick", &SessionTiming::tick},       {"solve", &SessionTiming::solve}};
+
+std::string timing_table(const SessionTiming& timing) {
+  TextTable table({{"us", TextTable::Align::left},
+                   {"p50", TextTable::Align::right},
+                   {"p90", TextTable::Align::right},
+                   {"p99", TextTable::Align::right},
+                   {"p99.9", TextTable::Align::right},
+                   {"max", TextTable::Align::right}});
+  for (const Phase& phase : phases) {
+    const Percentiles& p = timing.*phase.values;
+    std::vector<std::string> cells = {phase.name};
+    for (const double value : {p.p50, p.p90, p.p99, p.p999, p.max}) cells.push_back(fmt::format("{:.1f}", value));
+    table.add_row(cells);
+  }
+  return table.text(false);
+}
+
+std::string ladder_line(const LadderCounts& counts) {
+  std::string line;
+  for (int r = 0; r < rungs; ++r)
+    line += fmt::format("{}{} {}", r ? ", " : "", to_string(static_cast<Rung>(r)),
+                        counts.slots[static_cast<std::size_t>(r)]);
+  line += fmt::format("; entered SAFE {} times", counts.safe_entries);
+  if (counts.rearms + counts.refused_rearms > 0)
+    line += fmt::format("; re-armed {}, refused {}", counts.rearms, counts.refused_rearms);
+  return line;
+}
+
+}  // namespace
+
+std::string status_line(const TickRecord& t) {
+  const double y = 1e3 * t.sensors.position_m, r = 1e3 * t.decision.reference.position;
+  std::string line = fmt::format(
+      "{:7.2f} s  y {:7.2f} mm  error {:+6.2f}  A {:3.0f} B {:3.0f} kPa  coils {:04b}  motor {:+5.1f} N  {}",
+      t.sensors.time_s, y, r - y, 1e-3 * t.sensors.pressure_a_pa, 1e-3 * t.sensors.pressure_b_pa, t.applied.coils,
+      t.applied.motor_force_n, to_string(t.decision.rung));
+  if (t.decision.rung == Rung::safe) line += " (" + to_string(t.decision.safe_causes) + ")";
+  return line;
+}
+
+std::string setup_text(std::span<const SetupStep> setup) {
+  std::string text;
+  for (const SetupStep& step : setup)
+    text += fmt::format("{} {}: {}\n", step.granted ? "granted" : "REFUSED", step.what, step.detail);
+  return text;
+}
+
+std::string session_text(const RunRecord& record, const SessionResult& r) {
+  std::string text =
+      fmt::format("{} on {}, seed {}: {} at {:.3f} s\n", record.variant, record.scenario, record.seed,
+                  r.clean() ? "ended in SAFE as told" : "ended in SAFE (" + to_string(r.causes) + ")", r.ended_s);
+  const Metrics& m = r.metrics;
+  text += fmt::format(
+      "error       RMSE {:.3f} mm, MAE {:.3f} mm; measured {:.3f} and {:.3f} mm\n"
+      "effort      {} coil switches, {:.3f} g of air, motor {:.2f} N RMS\n",
+      m.rmse_mm, m.mae_mm, m.rmse_measured_mm, m.mae_measured_mm, m.coil_switches, m.air_g, m.motor_rms_n);
+  text += fmt::format("ticks       {} done, {} skipped, {} ended late; {} allocations\n", r.loop.ticks, r.loop.skipped,
+                      r.loop.late, r.allocations_in_tick);
+  text += fmt::format("slots       {}\n", ladder_line(r.ladder));
+  text += fmt::format("commands    {} refused, {} slowed by rates\n", r.refused_commands, r.slowed_commands);
+  text += fmt::format("log         {}{}\n\n", r.log_path, r.log_problem.empty() ? "" : " INCOMPLETE: " + r.log_problem);
+  return text + timing_table(r.timing);
+}
+
+std::string repeats_text(std::span<const RunRecord> records) {
+  struct Column {
+    const char* name;
+    double Metrics::*value;
+  };
+  std::string text = fmt::format("\n{} runs, mean and standard deviation:\n", records.size());
+  for (const Column& c : {Column{"RMSE mm", &Metrics::rmse_mm}, Column{"MAE mm", &Metrics::mae_mm},
+                          Column{"measured RMSE mm", &Metrics::rmse_measured_mm},
+                          Column{"SSE mm", &Metrics::sse_mean_abs_mm}, Column{"SSA mm", &Metrics::ssa_mm},
+                          Column{"switches/s", &Metrics::switches_per_s}, Column{"air g", &Metrics::air_g}}) {
+    double sum = 0.0, squares = 0.0;
+    int n = 0;
+    for (const RunRecord& r : records) {
+      if (!r.metrics) continue;
+      const double value = (*r.metrics).*c.value;
+      sum += value;
+      squares += value * value;
+      ++n;
+    }
+    if (n == 0) return text + "no run has metrics\n";
+    const double mean = sum / n, variance = n > 1 ? std::max(0.0, (squares - sum * mean) / (n - 1)) : 0.0;
+    text += fmt::format("  {:<18}{:8.3f} +- {:.3f}\n", c.name, mean, std::sqrt(variance));
+  }
+  return text;
+}
+
+Json session_json(const RunRecord& record, const SessionResult& r) {
+  Json json = to_json(record);
+  for (const Phase& phase : phases) {
+    const Percentiles& p = r.timing.*phase.values;
+    json["timing_us"][phase.name] = {{"p50", p.p50}, {"p90", p.p90}, {"p99", p.p99}, {"p999", p.p999}, {"max", p.max}};
+  }
+  json["loop"] = {{"ticks", r.loop.ticks},
+                  {"skipped", r.loop.skipped},
+                  {"late", r.loop.late},
+                  {"allocations", r.allocations_in_tick}};
+  for (int i = 0; i < rungs; ++i)
+    json["ladder"][std::string(to_string(static_cast<Rung>(i)))] = r.ladder.slots[static_cast<std::size_t>(i)];
+  json["ladder"]["safe_entries"] = r.ladder.safe_entries;
+  json["ladder"]["rearms"] = r.ladder.rearms;
+  json["safe_causes"] = to_string(r.causes);
+  json["log"] = {{"path", r.log_path}, {"problem", r.log_problem}};
+  for (const SetupStep& step : r.setup)
+    json["setup"].push_back({{"what", step.what}, {"granted", step.granted}, {"detail", step.detail}});
+  return json;
+}
+
+}  // namespace solenoid
