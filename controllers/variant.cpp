@@ -4,6 +4,7 @@
 #include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <numeric>
 
@@ -23,8 +24,13 @@ const std::vector<std::string>& VariantChoices::solvers() {
   static const std::vector<std::string> names = {"exhaustive", "branch_and_bound"};
   return names;
 }
+const std::vector<std::string>& VariantChoices::relaxed_solvers() {
+  static const std::vector<std::string> names = {"sqp", "ipopt"};
+  return names;
+}
+bool VariantConfig::relaxed() const { return std::ranges::count(VariantChoices::relaxed_solvers(), solver) > 0; }
 const std::vector<std::string>& VariantChoices::motors() {
-  static const std::vector<std::string> names = {"none", "pd", "inverse_dynamics", "in_prediction"};
+  static const std::vector<std::string> names = {"none", "pd", "inverse_dynamics", "in_prediction", "joint"};
   return names;
 }
 
@@ -71,6 +77,7 @@ void read_cost(TableReader& table, VariantConfig& v) {
   v.position_weight = cost.number_or("position", v.position_weight, weight);
   v.velocity_weight = cost.number_or("velocity", v.velocity_weight, weight);
   v.switching_weight = cost.number_or("switching", v.switching_weight, weight);
+  v.motor_weight = cost.number_or("motor", v.motor_weight, weight);
   v.air_weight = cost.number_or("air", v.air_weight, weight);
   v.terminal_position_weight = cost.number_or("terminal_position", v.terminal_position_weight, weight);
   v.terminal_velocity_weight = cost.number_or("terminal_velocity", v.terminal_velocity_weight, weight);
@@ -88,6 +95,10 @@ void read_integral(TableReader& table, VariantConfig& v) {
 
 void read_motor(TableReader& table, VariantConfig& v) {
   v.motor = table.text_or("motor", v.motor, VariantChoices::motors());
+  if (v.motor == "joint" && !v.relaxed())
+    table.fail("motor", fmt::format("the solver '{}' plans no motor force (allowed with it: none, pd, "
+                                    "inverse_dynamics, in_prediction)",
+                                    v.solver));
   if (!table.has("motor_gains")) return;
   TableReader gains = table.table("motor_gains");
   v.motor_gains.proportional = gains.number_or("proportional", v.motor_gains.proportional, Range::non_negative());
@@ -117,13 +128,17 @@ VariantConfig read_variant(TableReader& table, const std::string& name) {
   v.summary = table.text_or("summary", "");
   v.valves = table.text_or("valves", v.valves, valve_configurations());
   read_estimator(table, v);
-  v.solver = table.text_or("solver", v.solver, VariantChoices::solvers());
+  std::vector<std::string> solvers = VariantChoices::solvers();
+  solvers.insert(solvers.end(), VariantChoices::relaxed_solvers().begin(), VariantChoices::relaxed_solvers().end());
+  v.solver = table.text_or("solver", v.solver, solvers);
   if (table.has("deadline_ms")) v.deadline_ms = table.number("deadline_ms", Range::positive());
   read_model(table, v);
   read_horizon(table, v);
   read_cost(table, v);
   read_integral(table, v);
   read_motor(table, v);
+  if (v.relaxed() && v.latency_ticks != 0)
+    table.fail("latency_ticks", fmt::format("the solver '{}' works without latency (allowed: 0)", v.solver));
   table.finish();
   return v;
 }

@@ -33,12 +33,14 @@ struct VariantConfig {
   int steps = 100;                 ///< N_p, model steps of 1 ms
   std::vector<int> blocks = {20};  ///< 5 ms periods each; empty: one block of all steps
   double position_weight = 1.0, velocity_weight = 0.0, switching_weight = 0.0, air_weight = 0.0;
+  double motor_weight = 0.0;  ///< of the squared planned motor force
   double terminal_position_weight = 0.0, terminal_velocity_weight = 0.0;
   IntegralSettings integral;
   std::string motor = "none";
   MotorGains motor_gains;
   std::optional<double> deadline_ms;  ///< budget of one solve; none: to the end
 
+  bool relaxed() const;  ///< solver is one of VariantChoices::relaxed_solvers()
   bool hybrid() const { return motor != "none"; }
 };
 
@@ -46,7 +48,8 @@ struct VariantConfig {
 struct VariantChoices {
   static const std::vector<std::string>& estimators();
   static const std::vector<std::string>& estimate_uses();
-  static const std::vector<std::string>& solvers();
+  static const std::vector<std::string>& solvers();          ///< of mode sequences: Solver
+  static const std::vector<std::string>& relaxed_solvers();  ///< RelaxedSolver
   static const std::vector<std::string>& motors();
 };
 
