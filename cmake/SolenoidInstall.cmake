@@ -15,5 +15,5 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/solenoidConfig.cmake.i
                               ${PROJECT_BINARY_DIR}/solenoidConfig.cmake INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/solenoidConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/solenoidConfig.cmake ${PROJECT_BINARY_DIR}/solenoidConfigVersion.cmake
-              ${PROJECT_SOURCE_DIR}/cmake/FindSuiteSparse.cmake
+              ${PROJECT_SOURCE_DIR}/cmake/FindSuiteSparse.cmake ${PROJECT_SOURCE_DIR}/cmake/FindIpopt.cmake
         DESTINATION ${package_dir})

@@ -1,6 +1,8 @@
 #include "controllers/factory.hpp"
 
 #include "controllers/mpc_controller.hpp"
+#include "controllers/relaxed_controller.hpp"
+#include "controllers/relaxed_solvers.hpp"
 #include "core/actuator/valves.hpp"
 #include "solvers/minlp/bonmin.hpp"
 #include "solvers/rounding/projected_gradient.hpp"
@@ -46,8 +48,24 @@ Model make_model(const VariantConfig& v, Plane plane) {
 }
 
 template <HybridModel Model>
+std::unique_ptr<Controller> make_relaxed(const VariantConfig& v, const Trajectory& reference, Plane plane) {
+  using Relaxed = RelaxedController<Model>;
+  Problem<Model> problem = make_problem<Model>(v, plane);
+  const double limit_n = v.motor == "joint" ? problem.model.parameters().motor_force_limit_n() : 0.0;
+  problem.bounds.continuous_lower = {-limit_n}, problem.bounds.continuous_upper = {limit_n};
+  MotorLaw motor = make_motor(v, problem.model);
+  Estimator estimator(v.estimator, problem.model, v.estimation);
+  RelaxedGrid grid = control_grid(problem.horizon, ticks_per_period);
+  auto solver = make_relaxed_solver<Model>(v.solver, problem);
+  return std::make_unique<Relaxed>(typename Relaxed::Parts{std::move(problem), std::move(grid), std::move(solver),
+                                                           reference, v.integral, motor, v.motor == "joint",
+                                                           v.deadline_ms, std::move(estimator), v.use_estimate});
+}
+
+template <HybridModel Model>
 std::unique_ptr<Controller> make_mpc(const VariantConfig& v, const Trajectory& reference, Plane plane,
                                      SolverWrapper* wrapper) {
+  if (v.relaxed()) return make_relaxed<Model>(v, reference, plane);
   using Mpc = MpcController<Model>;
   Problem<Model> problem = make_problem<Model>(v, plane);
   MotorLaw motor = make_motor(v, problem.model);

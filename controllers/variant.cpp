@@ -4,6 +4,7 @@
 #include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <numeric>
 
@@ -23,6 +24,11 @@ const std::vector<std::string>& VariantChoices::solvers() {
   static const std::vector<std::string> names = {"exhaustive", "branch_and_bound", "sum_up_rounding", "cia", "bonmin"};
   return names;
 }
+const std::vector<std::string>& VariantChoices::relaxed_solvers() {
+  static const std::vector<std::string> names = {"sqp", "ipopt"};
+  return names;
+}
+bool VariantConfig::relaxed() const { return std::ranges::count(VariantChoices::relaxed_solvers(), solver) > 0; }
 const std::vector<std::string>& VariantChoices::motors() {
   static const std::vector<std::string> names = {"none", "pd", "inverse_dynamics", "in_prediction", "joint"};
   return names;
@@ -97,6 +103,10 @@ void read_integral(TableReader& table, VariantConfig& v) {
 
 void read_motor(TableReader& table, VariantConfig& v) {
   v.motor = table.text_or("motor", v.motor, VariantChoices::motors());
+  if (v.motor == "joint" && (v.solver == "exhaustive" || v.solver == "branch_and_bound"))
+    table.fail("motor", fmt::format("'joint' needs a solver that chooses continuous inputs, not '{}' (allowed solvers: "
+                                    "sum_up_rounding, cia, bonmin, sqp, ipopt)",
+                                    v.solver));
   if (!table.has("motor_gains")) return;
   TableReader gains = table.table("motor_gains");
   v.motor_gains.proportional = gains.number_or("proportional", v.motor_gains.proportional, Range::non_negative());
@@ -126,7 +136,9 @@ VariantConfig read_variant(TableReader& table, const std::string& name) {
   v.summary = table.text_or("summary", "");
   v.valves = table.text_or("valves", v.valves, valve_configurations());
   read_estimator(table, v);
-  v.solver = table.text_or("solver", v.solver, VariantChoices::solvers());
+  std::vector<std::string> solvers = VariantChoices::solvers();
+  solvers.insert(solvers.end(), VariantChoices::relaxed_solvers().begin(), VariantChoices::relaxed_solvers().end());
+  v.solver = table.text_or("solver", v.solver, solvers);
   if (table.has("deadline_ms")) v.deadline_ms = table.number("deadline_ms", Range::positive());
   read_model(table, v);
   read_horizon(table, v);
@@ -134,10 +146,8 @@ VariantConfig read_variant(TableReader& table, const std::string& name) {
   read_integral(table, v);
   read_motor(table, v);
   read_rounding(table, v);
-  if (v.motor == "joint" && (v.solver == "exhaustive" || v.solver == "branch_and_bound"))
-    table.fail("motor", fmt::format("'joint' needs a solver that chooses continuous inputs, not '{}' (allowed solvers: "
-                                    "sum_up_rounding, cia, bonmin)",
-                                    v.solver));
+  if (v.relaxed() && v.latency_ticks != 0)
+    table.fail("latency_ticks", fmt::format("the solver '{}' works without latency (allowed: 0)", v.solver));
   table.finish();
   return v;
 }

@@ -42,16 +42,19 @@ struct VariantConfig {
   int relaxing_iterations = 15;       ///< of the relaxation before rounding
   std::optional<double> deadline_ms;  ///< budget of one solve; none: to the end
 
+  bool relaxed() const;  ///< solver is one of VariantChoices::relaxed_solvers()
   bool hybrid() const { return motor != "none"; }
   /// Whether the prediction has the motor's law in it: the model is then PrestabilisedActuator.
-  bool predicts_motor() const { return motor == "in_prediction" || motor == "joint"; }
+  /// Whether the motor's law is in the prediction model; relaxed joint plans choose the whole force themselves.
+  bool predicts_motor() const { return motor == "in_prediction" || (motor == "joint" && !relaxed()); }
 };
 
 /// Values a variant's keys may take, for checks and help.
 struct VariantChoices {
   static const std::vector<std::string>& estimators();
   static const std::vector<std::string>& estimate_uses();
-  static const std::vector<std::string>& solvers();
+  static const std::vector<std::string>& solvers();          ///< of mode sequences: Solver
+  static const std::vector<std::string>& relaxed_solvers();  ///< RelaxedSolver
   static const std::vector<std::string>& motors();
 };
 

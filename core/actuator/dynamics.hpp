@@ -156,29 +156,26 @@ class PneumaticActuator {
   template <class S, class C>
   Vector<S, 4> step_under(const Vector<S, 4>& x, const Vector<S, 4>& opening, const Vector<S, 1>& motor, double dt,
                           const Conditions<C>& c) const {
-    const auto& [y, v, pa, pb] = x;
-    const S length_a = column_a<S>(y), length_b = column_b<S>(y);
-    const S per_lengths = S(dt) / (length_a * length_b);  // one division for both chambers
-    const S kv = S(ratio_) * v;
-    const S pa_next = pa + (scaled_fill_flow<S>(S(heating_a_) * opening[fill_a], pa) +
-                            (scaled_exhaust_flow<S>(S(heating_a_) * opening[exhaust_a], pa) - pa * kv)) *
-                               (length_b * per_lengths);
-    const S pb_next = pb + (scaled_fill_flow<S>(S(heating_b_) * opening[fill_b], pb) +
-                            (scaled_exhaust_flow<S>(S(heating_b_) * opening[exhaust_b], pb) + pb * kv)) *
-                               (length_a * per_lengths);
-
-    const S load = S(block_weight_ - atmosphere_force_ + c.external_force) + saturated_motor_force<S>(motor[0]);
-    const S applied = (S(area_a_) * pa - S(area_b_) * pb) + (load - S(c.gravity_amplitude) * sine_of_arm_angle<S>(y));
-    const S v_free = velocity_after<S>(v, applied, dt, c);
-    using std::max, std::min;
-    const S y_free = y + S(dt) * v;
-    // By select and not by min and max: a position that is no number must stay none.
-    const S y_next = select(y_free < S(position_min_), S(position_min_),
-                            select(y_free > S(position_max_), S(position_max_), y_free));
-    const S v_next = select(y_free < S(position_min_), S(max(v_free, S(0.0))),
-                            select(y_free > S(position_max_), S(min(v_free, S(0.0))), v_free));
-    return {y_next, v_next, S(max(pa_next, S(0.0))), S(max(pb_next, S(0.0)))};
+    const S v_free = velocity_after<S>(x[velocity], applied_force<S>(x, motor, c), dt, c);
+    return advance<S>(x, opening, v_free, dt);
   }
+
+  /// step() without stiction and with the Coulomb force as F_cf tanh(v / creep_speed_m_per_s): a slide that step()
+  /// would hold creeps, and inputs have a derivative. Off by at most dt/m_eq (F_sf + F_cf) in the velocity of a step at
+  /// or through rest, and by dt/m_eq F_cf (1 - tanh(|v| / creep speed)) in motion. The flow's jumps stay as they are.
+  template <class S>
+  Vector<S, 4> smooth_step(const Vector<S, 4>& x, const Vector<S, 4>& opening, const Vector<S, 1>& motor,
+                           double dt) const {
+    using std::tanh;
+    const S& v = x[velocity];
+    const S applied = applied_force<S>(x, motor, own_);
+    const S friction = S(own_.coulomb) * S(tanh(S(v * S(1.0 / creep_speed_m_per_s)))) + S(own_.viscous) * v;
+    return advance<S>(x, opening, S(v + S(dt * own_.inverse_mass) * (applied - friction)), dt);
+  }
+  static constexpr double creep_speed_m_per_s = 0.002;
+
+  /// What the states move by over a tenth of a second.
+  Vector<double, 4> state_scale() const { return {1e-3, 1e-1, 1e5, 1e5}; }
 
   template <class S>
   Vector<S, 2> output(const Vector<S, 4>& x) const {
@@ -237,6 +234,37 @@ class PneumaticActuator {
   Vector<double, 4> nearest_valid(const Vector<double, 4>& x) const;
 
  private:
+  /// Everything but friction [N], right side of (4.2).
+  template <class S, class C>
+  S applied_force(const Vector<S, 4>& x, const Vector<S, 1>& motor, const Conditions<C>& c) const {
+    const S load = S(block_weight_ - atmosphere_force_ + c.external_force) + saturated_motor_force<S>(motor[0]);
+    return (S(area_a_) * x[pressure_a] - S(area_b_) * x[pressure_b]) +
+           (load - S(c.gravity_amplitude) * sine_of_arm_angle<S>(x[position]));
+  }
+
+  /// The state after a step whose velocity, but for the stops, is v_free.
+  template <class S>
+  Vector<S, 4> advance(const Vector<S, 4>& x, const Vector<S, 4>& opening, const S& v_free, double dt) const {
+    const auto& [y, v, pa, pb] = x;
+    const S length_a = column_a<S>(y), length_b = column_b<S>(y);
+    const S per_lengths = S(dt) / (length_a * length_b);  // one division for both chambers
+    const S kv = S(ratio_) * v;
+    const S pa_next = pa + (scaled_fill_flow<S>(S(heating_a_) * opening[fill_a], pa) +
+                            (scaled_exhaust_flow<S>(S(heating_a_) * opening[exhaust_a], pa) - pa * kv)) *
+                               (length_b * per_lengths);
+    const S pb_next = pb + (scaled_fill_flow<S>(S(heating_b_) * opening[fill_b], pb) +
+                            (scaled_exhaust_flow<S>(S(heating_b_) * opening[exhaust_b], pb) + pb * kv)) *
+                               (length_a * per_lengths);
+    using std::max, std::min;
+    const S y_free = y + S(dt) * v;
+    // By select and not by min and max: a position that is no number must stay none.
+    const S y_next = select(y_free < S(position_min_), S(position_min_),
+                            select(y_free > S(position_max_), S(position_max_), y_free));
+    const S v_next = select(y_free < S(position_min_), S(max(v_free, S(0.0))),
+                            select(y_free > S(position_max_), S(min(v_free, S(0.0))), v_free));
+    return {y_next, v_next, S(max(pa_next, S(0.0))), S(max(pb_next, S(0.0)))};
+  }
+
   /// Bounds of P + (heating flow(P) - k P w) dt / length over a box of pressures, outward velocities w and chamber
   /// lengths. The map rises with P except across the jumps of the flow law, near supply pressure (infinite slope of the
   /// root) and in very short chambers; there the extremes between the ends are added as candidates.

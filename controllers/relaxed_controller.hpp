@@ -1,0 +1,137 @@
+#pragma once
+
+#include "controllers/estimators/estimator.hpp"
+#include "controllers/mpc_controller.hpp"
+#include "controllers/pulse_width.hpp"
+#include "controllers/timing.hpp"
+#include "core/mpc/relaxation.hpp"
+
+namespace solenoid {
+
+/// Predictive control by the relaxed problem: each T_sp its solution's first intervals go to the valves as pulses of
+/// whole ticks (PulseWidth), and with a joint motor its force to the motor.
+///
+///     each T_s    estimate, integral offset, the tick's coils, motor force
+///     each T_sp   problem from the estimate, the commands in flight and the reference ahead; solve
+///
+/// A solve without a usable plan leaves the shifted old plan in force; the report says so.
+template <HybridModel Model>
+class RelaxedController final : public Controller {
+ public:
+  struct Parts {
+    Problem<Model> problem;
+    RelaxedGrid grid;  ///< its first two intervals a control period each
+    std::unique_ptr<RelaxedSolver<Model>> solver;
+    Trajectory reference;
+    IntegralSettings integral;
+    MotorLaw motor;
+    bool joint_motor = false;  ///< the motor's force is the plan's
+    std::optional<double> deadline_ms;
+    Estimator estimator;
+    UseEstimate use_estimate;
+  };
+
+  /// Prepares the solver; may throw.
+  explicit RelaxedController(Parts parts)
+      : parts_(std::move(parts)),
+        timing_(parts_.problem.modes, tick_s),
+        plan_(parts_.problem, parts_.grid),
+        pulses_(parts_.problem.modes, tick_s),
+        offset_(parts_.integral) {
+    if (parts_.grid.size() < 2 || parts_.grid.intervals[0] != ticks_per_period ||
+        parts_.grid.intervals[1] != ticks_per_period)
+      throw std::invalid_argument("a relaxed variant needs a horizon of at least two control periods");
+    parts_.solver->prepare(parts_.problem, parts_.grid);
+  }
+
+  Decision step(const Sensors& sensors) noexcept override {
+    Decision d;
+    d.reference = parts_.reference.at(sensors.time_s);
+    estimate(sensors, d);
+    d.offset_m = offset_.update(d.reference.position - d.estimate[position]);
+    const int tick = static_cast<int>(tick_ % ticks_per_period);
+    if (tick == 0) plan_period(sensors.time_s, d);
+    lines_.command(pulses_.command(tick), timing_);
+    d.command.coils = lines_.commanded();
+    d.command.motor_force_n = motor_force(d);
+    pulses_.applied(tick, lines_.effective());
+    SwitchedOf<Model> opening{};
+    std::ranges::copy(parts_.problem.modes.point(lines_.effective()), opening.begin());
+    parts_.estimator.applied(opening, d.command.motor_force_n);
+    lines_.advance(1);
+    ++tick_;
+    return d;
+  }
+
+ private:
+  /// Under ideal sensing the true state passes the estimator by.
+  void estimate(const Sensors& sensors, Decision& d) noexcept {
+    if (sensors.ideal) {
+      d.estimate = sensors.truth;
+      return;
+    }
+    d.estimate = parts_.estimator.update(sensors);
+    d.detail = parts_.estimator.detail();
+    const UseEstimate& use = parts_.use_estimate;
+    if (!use.payload && !use.disturbance) return;
+    Model& model = parts_.problem.model;
+    model.set_load(use.payload ? d.detail.payload_kg : model.parameters().payload_mass_kg,
+                   use.disturbance ? d.detail.disturbance_n : 0.0);
+  }
+
+  double motor_force(const Decision& d) const noexcept {
+    if (parts_.joint_motor) return plan_.continuous.front()[0];
+    return std::visit([&](const auto& law) { return law.force(d.reference, d.estimate); }, parts_.motor);
+  }
+
+  void plan_period(double time_s, Decision& d) noexcept {
+    Problem<Model>& problem = parts_.problem;
+    problem.lines = lines_;
+    problem.initial = problem.model.nearest_valid(d.estimate);
+    for (std::size_t j = 0; j < problem.reference.size(); ++j) {
+      const ReferenceSample ahead = parts_.reference.at(time_s + static_cast<double>(j + 1) * tick_s);
+      problem.reference[j] = {ahead.position + d.offset_m, ahead.velocity};
+      if constexpr (HasFeedback<Model>) {
+        const ReferenceSample then = parts_.reference.at(time_s + static_cast<double>(j) * tick_s);
+        problem.setpoint[j] = {then.position, then.velocity};
+      }
+    }
+    if (tick_ > 0) shift_relaxed_plan(parts_.grid, ticks_per_period, plan_);
+    d.report = parts_.solver->solve(problem, plan_, deadline());
+    d.solved = true;
+    pulses_.plan(wanted(), lines_);
+  }
+
+  /// Switch states in effect in the first two intervals of the plan, as its prediction has them.
+  PulseWidth::Wanted wanted() const noexcept {
+    const Problem<Model>& problem = parts_.problem;
+    PulseWidth::Wanted all{};
+    auto before = pattern_states<double>(problem.lines.commanded());
+    for (std::size_t k = 0; k < 2; ++k) {
+      const auto c = commanded_states<double>(problem.modes, plan_.row(k));
+      for (int i = 0; i < ticks_per_period; ++i) {
+        const auto in_flight = pattern_states<double>(problem.lines.effective(i));
+        for (std::size_t s = 0; s < static_cast<std::size_t>(timing_.switches); ++s)
+          all[k * ticks_per_period + static_cast<std::size_t>(i)][s] =
+              effective_state(k == 0 ? in_flight[s] : before[s], c[s], i, timing_.rise[s], timing_.fall[s]);
+      }
+      before = c;
+    }
+    return all;
+  }
+
+  Deadline deadline() const {
+    if (!parts_.deadline_ms) return Deadline::never();
+    return Deadline::after(std::chrono::nanoseconds(static_cast<std::int64_t>(*parts_.deadline_ms * 1e6)));
+  }
+
+  Parts parts_;
+  SwitchTiming timing_;
+  SwitchLines lines_{0};
+  RelaxedPlan<Model> plan_;
+  PulseWidth pulses_;
+  IntegralOffset offset_;
+  std::int64_t tick_ = 0;
+};
+
+}  // namespace solenoid

@@ -1,0 +1,133 @@
+#pragma once
+
+#include "solvers/qp/ocp_solver.hpp"
+#include "solvers/relaxed/transcription.hpp"
+
+#include <memory>
+#include <string>
+#include <tuple>
+
+#include <unsupported/Eigen/AutoDiff>
+
+namespace solenoid {
+
+struct SqpSettings {
+  int max_iterations = 40;
+  double tolerance = 1e-6;       ///< ends when a step promises less than this share of the cost ...
+  double defect = 1e-6;          ///< ... and the trajectory's gaps are below this, in units of HasStateScale
+  double regularisation = 1e-6;  ///< added to the input Hessian, relative to the cost's own scale
+  double damping = 1e-2;         ///< the same after a step was refused; tenfold at each further refusal
+  int refusals = 4;              ///< steps refused in a row before the search ends
+  qp::Settings qp{.max_iterations = 60, .tolerance = 1e-7, .gap_relative = 1e-6};
+};
+
+/// A relaxed solver that can split its first iteration: prepare_step, before the state is measured, does all that does
+/// not depend on it; feedback_step does the rest.
+template <HybridModel M>
+class RealTimeSqp : public RelaxedSolver<M> {
+ public:
+  /// Linearises along the simulation of `plan` from problem.initial, a forecast of the state to be measured.
+  virtual void prepare_step(const Problem<M>& problem, const RelaxedPlan<M>& plan) noexcept = 0;
+  /// One full Gauss-Newton step for the state `measured`; the report's status is feasible where the step was solved.
+  virtual Report feedback_step(const Problem<M>& problem, const StateOf<M>& measured, RelaxedPlan<M>& plan,
+                               Deadline deadline) noexcept = 0;
+};
+
+/// Sequential quadratic programming on the multiple-shooting transcription.             [theory-relaxed.md, sect. 4]
+///
+/// hessian    Gauss-Newton of the tracking terms, exact of effort and switching, of consumption the diagonally dominant
+///            part in the switched inputs: positive semidefinite, plus regularisation
+/// steps      QP by the stagewise interior point, then backtracking on  cost + nu |defects|_1; a refused step comes
+///            back damped
+/// physics    derivatives and merit of the model's smooth step where it has one; every accepted point is judged by
+///            the exact physics, and the best of them, warm start included, is the result
+/// status     optimal: a first-order point of the smooth problem; feasible: no better point was found along the
+///            steps (at a kink or a jump); infeasible: no inputs meet the linearised state bounds;
+///            numerical_failure: the warm start's prediction is not finite; deadline_reached, iteration_limit
+template <HybridModel M, int P, int A>
+class Sqp final : public RealTimeSqp<M> {
+ public:
+  using Trans = Transcription<M, P, A>;
+
+  explicit Sqp(const SqpSettings& settings = {}) : settings_(settings) {}
+
+  void prepare(const Problem<M>& problem, const RelaxedGrid& grid) override;
+  Report solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept override;
+  void prepare_step(const Problem<M>& problem, const RelaxedPlan<M>& plan) noexcept override;
+  Report feedback_step(const Problem<M>& problem, const StateOf<M>& measured, RelaxedPlan<M>& plan,
+                       Deadline deadline) noexcept override;
+
+ private:
+  static constexpr int NX = Trans::NX, NU = Trans::NU, X = Trans::X, U = Trans::U, V = Trans::V;
+  static constexpr int lanes = (V + 1) / 2 * 2;  // an even number of derivatives, for whole vectors
+  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, lanes, 1>>;
+  using StateDual = Eigen::AutoDiffScalar<Eigen::Matrix<double, NX, 1>>;
+  using State = StateOf<M>;
+  using Input = typename Trans::Input;
+  using Full = Eigen::Matrix<double, V, 1>;
+  template <class T>
+  using List = std::vector<T, Eigen::aligned_allocator<T>>;
+
+  struct Point {
+    std::vector<State> x;  ///< stages + 1
+    List<Input> w;         ///< stages
+  };
+  enum class Nodes : std::uint8_t { keep, simulate };
+
+  void load(const Problem<M>& problem, const RelaxedPlan<M>& plan) noexcept;
+  bool linearise(const Problem<M>& problem, Nodes nodes) noexcept;
+  void linearise_stage(const Problem<M>& problem, std::size_t k, Nodes nodes) noexcept;
+  void weigh_output(const M& model, const OutputOf<M>& weight, const OutputOf<M>& reference, const State& x,
+                    qp::OcpStage<X, U>& stage) noexcept;
+  void weigh_switching(const Problem<M>& problem, std::size_t k) noexcept;
+  void weigh_consumption(const Problem<M>& problem, std::size_t k) noexcept;
+  void weigh_effort(const Problem<M>& problem, std::size_t k) noexcept;
+  void set_bounds(const Problem<M>& problem, std::size_t k) noexcept;
+  void guess_active_set() noexcept;
+  void damp(double by) noexcept;
+  double merit(const Problem<M>& problem, const Point& at) noexcept;
+  double slope() const noexcept;
+  void raise_penalty() noexcept;
+  double largest_defect() const noexcept;
+  bool line_search(const Problem<M>& problem, double promised) noexcept;
+  void move(double step) noexcept;
+  void judge(const Problem<M>& problem, RelaxedPlan<M>& best) noexcept;
+
+  SqpSettings settings_;
+  Trans t_;
+  qp::OcpQp<X, U> qp_;
+  qp::OcpSolution<X, U> step_;
+  qp::OcpSolver<X, U> qp_solver_;
+  Point at_, trial_;
+  RelaxedPlan<M> candidate_;
+  Input input_scale_ = Input::Ones();  // half the range of a bounded continuous input
+  double cost_scale_ = 1.0, cost_ = 0.0, gaps_ = 0.0, penalty_ = 0.0, merit_ = 0.0, damping_ = 0.0;
+  double best_cost_ = 0.0;
+};
+
+/// Sizes of a transcription: weights of the modes' hull, rows of memory.
+template <int weights, int memory>
+struct SqpSize {};
+/// Of one to two independent switches without and with delays or a switching cost, the two-way valves, and the
+/// actuator's subsets of their modes.
+using AllSqpSizes =
+    std::tuple<SqpSize<1, 0>, SqpSize<1, 1>, SqpSize<2, 0>, SqpSize<2, 2>, SqpSize<4, 4>, SqpSize<6, 5>>;
+
+/// The Sqp of the size that the problem needs, out of those compiled; each costs a compiler half a minute, so ask for
+/// few. Throws std::invalid_argument, naming the mode set, where there is none.
+template <HybridModel M, class... Sizes>
+std::unique_ptr<RealTimeSqp<M>> make_sqp(const Problem<M>& problem, const SqpSettings& settings = {},
+                                         const std::tuple<Sizes...>& = AllSqpSizes()) {
+  const auto [weights, memory] = transcription_sizes(problem);
+  std::unique_ptr<RealTimeSqp<M>> made;
+  const auto offer = [&, w = weights, m = memory]<int P, int A>(SqpSize<P, A>) {
+    if (w == P && m == A) made = std::make_unique<Sqp<M, P, A>>(settings);
+  };
+  (offer(Sizes()), ...);
+  if (!made) throw std::invalid_argument("sqp: no solver for the size of mode set '" + problem.modes.name() + "'");
+  return made;
+}
+
+}  // namespace solenoid
+
+#include "solvers/sqp/sqp.ipp"
