@@ -81,9 +81,9 @@ Json to_json(const LedgerOfVariant& ledger) {
                                {"states", s.tried},
                                {"at_optimum", s.optimal},
                                {"infeasible", s.infeasible},
-                               {"gap_p50", s.gap.p50},
-                               {"gap_p90", s.gap.p90},
-                               {"gap_max", s.gap.max},
+                               {"gap_p50", number(s.gap.p50)},
+                               {"gap_p90", number(s.gap.p90)},
+                               {"gap_max", number(s.gap.max)},
                                {"us_p50", s.us.p50},
                                {"us_p99", s.us.p99},
                                {"us_max", s.us.max}});

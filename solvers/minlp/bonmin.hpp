@@ -20,14 +20,16 @@ struct Function {
 };
 
 struct Answer {
-  bool found = false;  ///< x is a point with integral choices
-  bool ended = false;  ///< the tree was searched to its end
+  bool found = false;    ///< x is a point with integral choices
+  bool ended = false;    ///< the tree was searched to its end
+  bool overran = false;  ///< it had to be killed
   std::vector<double> x;
   int nodes = 0;
 };
 
-/// Minimises by Bonmin's B-BB from `start`, at most `seconds`. One call at a time in the process: others wait. Throws
-/// std::runtime_error where Bonmin is not built in.
+/// Minimises by Bonmin's B-BB from `start`, at most `seconds` (and one more before it is killed). Bonmin runs in a
+/// process of its own: an assertion in it is a failure here, and two Ipopts never meet. Throws std::runtime_error where
+/// that process fails or Bonmin is not built in.
 Answer minimise(Function& function, const std::vector<double>& start, double seconds);
 
 /// Whether this build has Bonmin (apt-get install coinor-libbonmin-dev, then build afresh).
