@@ -25,6 +25,7 @@ struct PlausibilitySettings {
   int recovery_ticks = 20;         ///< sound ticks that make up for one that was not
   int stuck_ticks = 100;           ///< position unchanged to the bit so long, against its own noise; 0: not looked at
   double stuck_pa = 25e3;          ///< pressure unchanged to the bit while the model moved it so far; 0: not looked at
+  int stuck_lag_ticks = 25;        ///< and so long ago: a filter's delay hides it at first
   double supply_margin_pa = 50e3;  ///< beyond atmosphere and supply, for compression by the slide's own motion
   int supply_ticks = 20;           ///< so long beyond
   int innovation_ticks = 25;       ///< averaging time of the innovations
@@ -49,13 +50,15 @@ class Plausibility {
   /// `innovations`: squared and in variances, of the last tick, from an estimator that watches; 0 where there is none.
   Verdict check(const Sensors& sensors, const std::array<double, 2>& expected_pa_per_tick,
                 const std::array<double, sensor_count>& innovations) noexcept;
+  /// Ticks passed without a check: values may have moved meanwhile.
+  void skip(int ticks) noexcept;
   /// All is forgotten: sensors start anew.
   void reset() noexcept;
 
  private:
   struct Channel {
     double last_good = 0.0, last_raw = 0.0, expected_pa = 0.0, squares = 0.0, suspicion = 0.0;
-    int unchanged = 0, since_good = 0, beyond_supply = 0;
+    int unchanged = 0, overdue = 0, since_good = 0, beyond_supply = 0;
     bool started = false;
     FaultSet failed;
   };
