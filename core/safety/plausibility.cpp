@@ -78,12 +78,20 @@ bool Plausibility::usable(Sensor sensor, double value, Channel& c, FaultSet& see
     if (c.suspicion > settings_.patience_ticks) c.failed |= now;
     return false;
   }
+  c.slope = c.started ? std::abs(value - c.last_good) : 0.0;
   const bool sound = over_time(sensor, value, c, seen);
   c.suspicion = std::max(0.0, c.suspicion - 1.0 / settings_.recovery_ticks);
   c.since_good = 0;
   c.last_good = value;
   c.started = true;
   return sound && c.failed.empty();
+}
+
+/// Samples are not taken to the microsecond: half a tick of a steep slope is no fault. One outlier is none either.
+void Plausibility::average(Sensor sensor, double innovation, Channel& c) const noexcept {
+  const double unsure = settings_.jitter_ticks * c.slope / bounds(sensor).sigma;
+  const double weighed = innovation / (1.0 + unsure * unsure);
+  c.squares += (std::min(weighed, 5 * settings_.innovation_limit) - c.squares) / settings_.innovation_ticks;
 }
 
 Plausibility::Verdict Plausibility::check(const Sensors& sensors, const std::array<double, 2>& expected_pa_per_tick,
@@ -96,7 +104,7 @@ Plausibility::Verdict Plausibility::check(const Sensors& sensors, const std::arr
     Channel& c = channels_[i];
     const auto sensor = static_cast<Sensor>(i);
     if (i > 0) c.expected_pa += expected_pa_per_tick[i - 1];
-    c.squares += (std::min(innovations[i], 5 * settings_.innovation_limit) - c.squares) / settings_.innovation_ticks;
+    average(sensor, innovations[i], c);
     bool good = sensors.stale_ticks == 0;
     if (good) {
       good = usable(sensor, *values[i], c, verdict.seen);

@@ -175,8 +175,9 @@ ProgramRun run_comedi(const Folder& folder, const std::string& fault) {
   setenv("LD_LIBRARY_PATH", SOLENOID_FAKE_COMEDI, 1);
   setenv("FAKE_COMEDI", fault.c_str(), 1);
   setenv("FAKE_COMEDI_REPORT", (folder / "report").c_str(), 1);
-  const ProgramRun run = run_program({"run", "nine_state", "--plant", "comedi", "--rig", (folder / "rig.toml").string(),
-                                      "--duration", "3", "--out", (folder / "out").string(), "--quiet"});
+  const ProgramRun run =
+      run_undisturbed(folder, {"run", "nine_state", "--plant", "comedi", "--rig", (folder / "rig.toml").string(),
+                               "--duration", "3", "--out", (folder / "out").string(), "--quiet"});
   unsetenv("LD_LIBRARY_PATH");
   return run;
 }
@@ -195,9 +196,9 @@ TEST(Comedi, ClosesTheLoopThroughASubstituteBoard) {
   }
   EXPECT_LT(largest_mm, 5.0);
   const std::string report = text_of(folder / "report");
-  EXPECT_THAT(report, HasSubstr("coils 0 "));
+  EXPECT_THAT(report, HasSubstr("coils  0 motor_v   0.00"));
   std::smatch m;
-  ASSERT_TRUE(std::regex_search(report, m, std::regex("toggles (\\d+)")));
+  ASSERT_TRUE(std::regex_search(report, m, std::regex("toggles +(\\d+)")));
   EXPECT_GT(std::stol(m[1]), 2500);  // the external watchdog was fed
 }
 
@@ -205,7 +206,7 @@ TEST(Comedi, AFailingReadEndsInTheSafeState) {
   const Folder folder;
   const ProgramRun run = run_comedi(folder, "fail@1000");
   EXPECT_EQ(run.exit_code, 1) << run.out << run.err;
-  EXPECT_THAT(text_of(folder / "report"), HasSubstr("coils 0 "));
+  EXPECT_THAT(text_of(folder / "report"), HasSubstr("coils  0 motor_v   0.00"));
   EXPECT_THAT(run.out, HasSubstr("stale"));
 }
 
@@ -214,7 +215,7 @@ TEST(Comedi, AReadThatNeverComesBackEndsInTheSafeStateAndNotInAHang) {
   const ProgramRun run = run_comedi(folder, "block@1000");
   EXPECT_EQ(run.exit_code, 1) << run.out << run.err;
   EXPECT_THAT(run.err, HasSubstr("did not come back"));
-  EXPECT_THAT(text_of(folder / "report"), HasSubstr("coils 0 "));
+  EXPECT_THAT(text_of(folder / "report"), HasSubstr("coils  0 motor_v   0.00"));
   EXPECT_EQ(read_run(log_of(folder)).problem, "");
 }
 #endif

@@ -2,7 +2,7 @@
 // digital outputs) whose wires end at the twin, in real time.
 //
 //   FAKE_COMEDI=fail@N | block@N   every read from the Nth on fails, or never comes back
-//   FAKE_COMEDI_REPORT=FILE        receives the outputs after each write
+//   FAKE_COMEDI_REPORT=FILE        holds the outputs of the last write
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/rig/calibration.hpp"
 #include "experiments/sim/simulate.hpp"
@@ -19,6 +19,8 @@
 #include <thread>
 
 #include <comedilib.h>
+#include <fcntl.h>
+#include <unistd.h>
 
 namespace {
 
@@ -32,6 +34,7 @@ struct Board {
   Board() {
     const Campaign campaign = read_campaign("rig", {{"nine_state"}, {"cycloidal"}});
     plant = make_plant(campaign.variants.front(), campaign.scenarios.front(), 1);
+    if (const char* path = std::getenv("FAKE_COMEDI_REPORT")) report = ::open(path, O_WRONLY | O_CREAT | O_TRUNC, 0644);
     if (const char* fault = std::getenv("FAKE_COMEDI"))
       if (const char* at = std::strchr(fault, '@')) {
         fails = std::strncmp(fault, "fail", 4) == 0;
@@ -43,12 +46,12 @@ struct Board {
   void apply() {
     plant->read(now_s());
     plant->write({bits & 0xfu, calibration.motor.value(motor_v)});
-    if (const char* path = std::getenv("FAKE_COMEDI_REPORT"))
-      if (std::FILE* file = std::fopen(path, "w")) {
-        std::fprintf(file, "coils %u watchdog %u toggles %ld motor_v %.4f writes %ld reads %ld\n", bits & 0xfu,
-                     (bits >> 15) & 1u, toggles, motor_v, ++writes, reads.load());
-        std::fclose(file);
-      }
+    ++writes;
+    if (report < 0) return;
+    char line[128];
+    const int size = std::snprintf(line, sizeof line, "coils %2u motor_v %8.4f toggles %9ld writes %9ld reads %9ld\n",
+                                   bits & 0xfu, motor_v, toggles, writes, reads.load());
+    [[maybe_unused]] const ssize_t written = ::pwrite(report, line, static_cast<std::size_t>(size), 0);
   }
 
   std::unique_ptr<SimulatedPlant> plant;
@@ -59,6 +62,7 @@ struct Board {
   double motor_v = 0.0;
   long writes = 0, toggles = 0, fault_at = 0;
   std::atomic<long> reads{0};
+  int report = -1;
   bool fails = false, blocks = false;
 };
 std::unique_ptr<Board> board;
