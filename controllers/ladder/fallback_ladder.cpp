@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace solenoid {
 namespace {
+
+constexpr int most_predicted_ticks = 50;  // a longer gap ends in SAFE, and the filter starts anew
 
 bool finite(const ActuatorState& x) {
   return std::all_of(x.begin(), x.end(), [](double v) { return std::isfinite(v); });
@@ -34,32 +37,52 @@ Decision FallbackLadder::step(const Sensors& sensors) noexcept {
   const auto slot = static_cast<std::int64_t>(std::floor(time_s / period_s + 1e-6));
   slot_begins_ = slot != slot_;
   slot_ = slot;
+  catch_up(time_s);
   const Plausibility::Verdict verdict = plausibility_.check(sensors, expected_pressure_change(), watch_.innovations());
   watched_ = watch_.update(verdict.sensors);
   Decision d = controller_->step(verdict.sensors);
   if (!finite(d.estimate)) d.estimate = watched_;
   look_for_danger(sensors, verdict, d);
-  consider_rearm(verdict, time_s);
   const Rung rung = choose(d, verdict, time_s);
   command(rung, time_s, d);
   count(rung, slot_begins_);
   d.rung = rung;
   d.safe_causes = causes_;
+  consider_rearm(sensors);
   decided_ = d.command;
   last_time_s_ = time_s;
   started_ = true;
   return d;
 }
 
-void FallbackLadder::applied(const Command& command) noexcept {
-  // The exit replaces by zero what it refuses: a command that was no number or no allowed pattern.
-  refused_ = !std::isfinite(decided_.motor_force_n) || modes_.find(decided_.coils) < 0;
-  controller_->applied(command);
+/// Ticks that were skipped passed under the last command, unmeasured.
+void FallbackLadder::catch_up(double time_s) noexcept {
+  if (!started_) return;
+  const auto missed = std::llround((time_s - last_time_s_) / tick_s) - 1;
+  if (missed < 1) return;
+  plausibility_.skip(static_cast<int>(std::min<long long>(missed, most_predicted_ticks)));
+  Sensors unknown;
+  unknown.position_m = unknown.pressure_a_pa = unknown.pressure_b_pa = std::numeric_limits<double>::quiet_NaN();
+  for (long long k = 0; k < std::min<long long>(missed, most_predicted_ticks); ++k) {
+    watch_.update(unknown);
+    assume(last_left_);
+  }
+}
+
+void FallbackLadder::assume(const Command& command) noexcept {
+  last_left_ = command;
   lines_.command(command.coils, timing_);
   SwitchedOf<PneumaticActuator> opening{};
   std::ranges::copy(modes_.point(lines_.effective()), opening.begin());
   watch_.applied(opening, command.motor_force_n);
   lines_.advance(1);
+}
+
+void FallbackLadder::applied(const Command& command) noexcept {
+  // The exit replaces by zero what it refuses: a command that was no number or no allowed pattern.
+  refused_ = !std::isfinite(decided_.motor_force_n) || modes_.find(decided_.coils) < 0;
+  controller_->applied(command);
+  assume(command);
 }
 
 void FallbackLadder::restart(double time_s, double position_m) noexcept {
@@ -88,7 +111,7 @@ void FallbackLadder::look_for_danger(const Sensors& sensors, const Plausibility:
     if (std::isfinite(p) && p > settings_.pressure_limit_pa) found.add(Fault::pressure_limit);
   if (started_ && sensors.time_s - last_time_s_ > (settings_.longest_gap_ticks + 0.5) * tick_s)
     found.add(Fault::tick_gap);
-  if (sensors.node_was_safe) found.add(Fault::node_safe);
+  if (started_ && sensors.node_was_safe) found.add(Fault::node_safe);
   if (refused_) found.add(Fault::command_refused);
   if (const int why = stop_.load(std::memory_order_relaxed)) found.add(static_cast<Fault>(why - 1));
   d.faults = verdict.seen;
@@ -109,7 +132,8 @@ void FallbackLadder::latch(FaultSet causes, double time_s) noexcept {
   causes_ |= causes;
 }
 
-void FallbackLadder::consider_rearm(const Plausibility::Verdict& verdict, double time_s) noexcept {
+/// Takes effect with the next tick: this one's commands were decided in SAFE.
+void FallbackLadder::consider_rearm(const Sensors& sensors) noexcept {
   if (!rearm_.exchange(false, std::memory_order_relaxed) || !safe_) return;
   if (sound_ticks_ < settings_.rearm_sound_ticks || stop_.load(std::memory_order_relaxed) != 0) {
     ++counts_.refused_rearms;
@@ -122,8 +146,7 @@ void FallbackLadder::consider_rearm(const Plausibility::Verdict& verdict, double
   causes_ = {};
   dmpc_slots_ = motor_slots_ = 0;
   ++counts_.rearms;
-  const double y = verdict.sensors.position_m;
-  restart(time_s, std::isfinite(y) ? y : watched_[position]);
+  restart(sensors.time_s, sensors.position_m);
 }
 
 Rung FallbackLadder::choose(const Decision& d, const Plausibility::Verdict& verdict, double time_s) noexcept {

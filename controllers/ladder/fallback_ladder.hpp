@@ -67,7 +67,9 @@ class FallbackLadder final : public Controller {
  private:
   std::array<double, 2> expected_pressure_change() const noexcept;
   void look_for_danger(const Sensors& sensors, const Plausibility::Verdict& verdict, Decision& d) noexcept;
-  void consider_rearm(const Plausibility::Verdict& verdict, double time_s) noexcept;
+  void consider_rearm(const Sensors& sensors) noexcept;
+  void catch_up(double time_s) noexcept;
+  void assume(const Command& command) noexcept;
   void latch(FaultSet causes, double time_s) noexcept;
   Rung choose(const Decision& d, const Plausibility::Verdict& verdict, double time_s) noexcept;
   Rung below_plans(double time_s, FaultSet failed) noexcept;
@@ -87,7 +89,7 @@ class FallbackLadder final : public Controller {
   ActuatorState watched_{};
 
   SwitchLines lines_{0};
-  Command decided_;
+  Command decided_, last_left_;
   SwitchPattern dmpc_coils_ = 0;
   FaultSet causes_;
   LadderCounts counts_;

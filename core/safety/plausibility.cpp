@@ -20,6 +20,10 @@ Plausibility::Plausibility(const PlausibilitySettings& settings, double atmosphe
 
 void Plausibility::reset() noexcept { channels_ = {}; }
 
+void Plausibility::skip(int ticks) noexcept {
+  for (Channel& c : channels_) c.since_good += ticks;
+}
+
 /// What a single value shows.
 bool Plausibility::at_once(Sensor sensor, double value, const Channel& c, FaultSet& seen) const noexcept {
   if (!std::isfinite(value)) {
@@ -36,7 +40,8 @@ bool Plausibility::at_once(Sensor sensor, double value, const Channel& c, FaultS
     refuse(SensorFault::rail);
   else if (value < b.low || value > b.high)
     refuse(SensorFault::range);
-  if (c.started && std::abs(value - c.last_good) > b.slew_per_tick * (1.0 + slew_growth * c.since_good)) refuse(SensorFault::slew);
+  if (c.started && std::abs(value - c.last_good) > b.slew_per_tick * (1.0 + slew_growth * c.since_good))
+    refuse(SensorFault::slew);
   return good;
 }
 
@@ -50,8 +55,10 @@ bool Plausibility::over_time(Sensor sensor, double value, Channel& c, FaultSet& 
   FaultSet found;
   if (position && settings_.stuck_ticks > 0 && c.unchanged >= settings_.stuck_ticks)
     found.add(sensor, SensorFault::stuck);
-  if (!position && settings_.stuck_pa > 0 && std::abs(c.expected_pa) > settings_.stuck_pa)
-    found.add(sensor, SensorFault::stuck);
+  // What the valves did within the delay of the pressure filters cannot show yet.
+  const bool overdue = !position && settings_.stuck_pa > 0 && std::abs(c.expected_pa) > settings_.stuck_pa;
+  c.overdue = overdue ? c.overdue + 1 : 0;
+  if (c.overdue > settings_.stuck_lag_ticks) found.add(sensor, SensorFault::stuck);
   const bool beyond = !position && (value < lowest_pa_ || value > highest_pa_);
   c.beyond_supply = beyond ? c.beyond_supply + 1 : 0;
   if (c.beyond_supply > settings_.supply_ticks) found.add(sensor, SensorFault::supply);
@@ -71,12 +78,20 @@ bool Plausibility::usable(Sensor sensor, double value, Channel& c, FaultSet& see
     if (c.suspicion > settings_.patience_ticks) c.failed |= now;
     return false;
   }
+  c.slope = c.started ? std::abs(value - c.last_good) : 0.0;
   const bool sound = over_time(sensor, value, c, seen);
   c.suspicion = std::max(0.0, c.suspicion - 1.0 / settings_.recovery_ticks);
   c.since_good = 0;
   c.last_good = value;
   c.started = true;
   return sound && c.failed.empty();
+}
+
+/// Samples are not taken to the microsecond: half a tick of a steep slope is no fault. One outlier is none either.
+void Plausibility::average(Sensor sensor, double innovation, Channel& c) const noexcept {
+  const double unsure = settings_.jitter_ticks * c.slope / bounds(sensor).sigma;
+  const double weighed = innovation / (1.0 + unsure * unsure);
+  c.squares += (std::min(weighed, 5 * settings_.innovation_limit) - c.squares) / settings_.innovation_ticks;
 }
 
 Plausibility::Verdict Plausibility::check(const Sensors& sensors, const std::array<double, 2>& expected_pa_per_tick,
@@ -89,7 +104,7 @@ Plausibility::Verdict Plausibility::check(const Sensors& sensors, const std::arr
     Channel& c = channels_[i];
     const auto sensor = static_cast<Sensor>(i);
     if (i > 0) c.expected_pa += expected_pa_per_tick[i - 1];
-    c.squares += (std::min(innovations[i], 5 * settings_.innovation_limit) - c.squares) / settings_.innovation_ticks;
+    average(sensor, innovations[i], c);
     bool good = sensors.stale_ticks == 0;
     if (good) {
       good = usable(sensor, *values[i], c, verdict.seen);

@@ -13,21 +13,24 @@ struct SensorBounds {
   double rail_low = 0.0, rail_high = 0.0;  ///< the converter's ends
   double rail_margin = 0.0;                ///< so near an end counts as at it
   double slew_per_tick = 0.0;              ///< the most a sound sensor moves
+  double sigma = 1.0;                      ///< of its noise
 };
 
 /// The defaults are the thesis's rig: potentiometer on 13 bits over -10..110 mm, pressures behind a 50 Hz Bessel filter
 /// on 13 bits over +-210 kPa gauge.
 struct PlausibilitySettings {
-  SensorBounds position{-0.0095, 0.1095, -0.01, 0.11, 3e-5, 2.5e-3};
-  SensorBounds pressure{60e3, 310e3, 101325.0 - 210e3, 101325.0 + 210e3, 1e3, 30e3};
+  SensorBounds position{-0.0095, 0.1095, -0.01, 0.11, 3e-5, 2.5e-3, 3e-5};
+  SensorBounds pressure{60e3, 310e3, 101325.0 - 210e3, 101325.0 + 210e3, 1e3, 30e3, 150.0};
   int patience_ticks = 3;          ///< a sensor is left out so long before it counts as failed
   int stale_ticks = 10;            ///< the same for values that did not arrive: half the node's own timeout
   int recovery_ticks = 20;         ///< sound ticks that make up for one that was not
   int stuck_ticks = 100;           ///< position unchanged to the bit so long, against its own noise; 0: not looked at
   double stuck_pa = 25e3;          ///< pressure unchanged to the bit while the model moved it so far; 0: not looked at
+  int stuck_lag_ticks = 25;        ///< and so long ago: a filter's delay hides it at first
   double supply_margin_pa = 50e3;  ///< beyond atmosphere and supply, for compression by the slide's own motion
   int supply_ticks = 20;           ///< so long beyond
   int innovation_ticks = 25;       ///< averaging time of the innovations
+  double jitter_ticks = 0.5;       ///< a sample may be so early or late: a moving value's innovations weigh less
   double innovation_limit = 30.0;  ///< mean squared innovation in variances; a sound sensor's is 1
 };
 
@@ -49,13 +52,15 @@ class Plausibility {
   /// `innovations`: squared and in variances, of the last tick, from an estimator that watches; 0 where there is none.
   Verdict check(const Sensors& sensors, const std::array<double, 2>& expected_pa_per_tick,
                 const std::array<double, sensor_count>& innovations) noexcept;
+  /// Ticks passed without a check: values may have moved meanwhile.
+  void skip(int ticks) noexcept;
   /// All is forgotten: sensors start anew.
   void reset() noexcept;
 
  private:
   struct Channel {
-    double last_good = 0.0, last_raw = 0.0, expected_pa = 0.0, squares = 0.0, suspicion = 0.0;
-    int unchanged = 0, since_good = 0, beyond_supply = 0;
+    double last_good = 0.0, last_raw = 0.0, expected_pa = 0.0, squares = 0.0, suspicion = 0.0, slope = 0.0;
+    int unchanged = 0, overdue = 0, since_good = 0, beyond_supply = 0;
     bool started = false;
     FaultSet failed;
   };
@@ -63,6 +68,7 @@ class Plausibility {
   bool usable(Sensor sensor, double value, Channel& channel, FaultSet& seen) noexcept;
   bool at_once(Sensor sensor, double value, const Channel& channel, FaultSet& seen) const noexcept;
   bool over_time(Sensor sensor, double value, Channel& channel, FaultSet& seen) noexcept;
+  void average(Sensor sensor, double innovation, Channel& channel) const noexcept;
   const SensorBounds& bounds(Sensor sensor) const {
     return sensor == Sensor::position ? settings_.position : settings_.pressure;
   }

@@ -1,5 +1,6 @@
 #include "experiments/build_info.hpp"
 #include "experiments/check/checks.hpp"
+#include "experiments/rig/comedi_io.hpp"
 
 #include <cstdio>
 #include <cstdlib>
@@ -86,6 +87,8 @@ std::vector<Check> check_installation() {
   checks.push_back(optional_library("Ipopt", "coinor-libipopt-dev", "nonlinear reference solver", versions));
   checks.push_back(optional_library("Bonmin", "coinor-libbonmin-dev", "mixed-integer reference solver", versions));
   checks.push_back(optional_library("comedi", "libcomedi-dev", "the rig's data acquisition", versions));
+  const ComediSupport comedi = comedi_support();
+  checks.push_back({"optional", "comedi driver", comedi.built && comedi.library ? "ok" : "missing", comedi.detail});
   checks.push_back(optional_program("python3", "python3", "tests of the script and logs"));
   checks.push_back(optional_program("node", "nodejs", "building the report's plots"));
   checks.push_back(optional_program("npm", "npm", "building the report's plots"));

@@ -6,9 +6,11 @@
 #include "experiments/cli/commands.hpp"
 #include "experiments/rig/calibration.hpp"
 #include "experiments/rig/plants.hpp"
+#include "experiments/rig/preflight.hpp"
 #include "experiments/rig/summary.hpp"
 
 #include <atomic>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <optional>
@@ -23,7 +25,7 @@ namespace solenoid {
 namespace {
 
 struct Options {
-  std::string variant, campaign = "rig", scenario = "cycloidal", policy = "at_once", out, format = "table";
+  std::string variant, campaign = "rig", scenario = "cycloidal", rig_file, policy = "at_once", out, format = "table";
   std::vector<std::string> faults;
   PlantChoice plant;
   SessionSettings session;
@@ -84,6 +86,17 @@ Campaign campaign_of(const Options& options) {
   return campaign;
 }
 
+/// Sensors must be plausible; a slide that stands elsewhere is brought to the task's start first.
+void look_before_start(const Options& options, Plant& plant, const VariantConfig& variant,
+                       const ScenarioConfig& scenario, SessionSettings& session) {
+  constexpr double near_m = 1e-3;
+  const Preflight found = preflight(plant, session.ladder.plausibility, variant.believed.atmospheric_pressure_pa,
+                                    variant.believed.supply_pressure_pa);
+  if (!options.quiet || !found.good()) fmt::print(stderr, "{}\n", found.text());
+  if (!found.good()) throw std::runtime_error("the sensors are not plausible: not started");
+  session.at_start_position = std::abs(found.position_m - scenario.trajectory.start_m()) < near_m;
+}
+
 SessionResult run_one(const Options& options, const Campaign& campaign, const CampaignRun& run,
                       const std::string& folder) {
   const VariantConfig& variant = campaign.variants.front();
@@ -92,6 +105,7 @@ SessionResult run_one(const Options& options, const Campaign& campaign, const Ca
   std::optional<CrashGuard> crash_guard;
   if (opened.rig) crash_guard.emplace(opened.rig->io());
   SessionSettings session = options.session;
+  if (opened.rig) look_before_start(options, *opened.plant, variant, scenario, session);
   if (opened.rig) session.after_last_tick = [io = &opened.rig->io()] { io->safe(); };
   session.duration_s = scenario.duration_s;
   session.policy = options.policy == "next_slot" ? PlanPolicy::next_slot : PlanPolicy::at_once;
@@ -113,6 +127,11 @@ SessionResult run_one(const Options& options, const Campaign& campaign, const Ca
 int run(const Options& chosen) {
   Options options = chosen;
   options.plant.faults = parse_faults(options.faults);
+  if (!options.rig_file.empty()) options.plant.rig = read_rig_file(options.rig_file);
+  const double lowering_s = options.session.ladder.lowering_s;
+  options.session.ladder = options.plant.rig.ladder;
+  options.session.rates = options.plant.rig.rates;
+  if (lowering_s > 0) options.session.ladder.lowering_s = lowering_s;
   const Campaign campaign = campaign_of(options);
   const std::string folder = options.out.empty() ? "results/run-" + compact_timestamp() : options.out;
   const InterruptGuard guard;
@@ -153,7 +172,7 @@ int run(const Options& chosen) {
 void add_plant_options(CLI::App& command, Options& o) {
   command.add_option("--plant", o.plant.kind, "sim (the twin in this process), emulator (UDP I/O node) or comedi")
       ->check(CLI::IsMember({"sim", "emulator", "comedi"}));
-  command.add_option("--rig", o.plant.rig_file, "TOML of calibration, wiring and limits (docs/rig.md)");
+  command.add_option("--rig", o.rig_file, "TOML of calibration, wiring and limits (docs/rig.md)");
   command.add_option("--node", o.plant.address, "ADDRESS:PORT of the UDP I/O node; default 127.0.0.1:47811");
   command.add_option("--fault", o.faults, "provoke a fault, repeatable: " + fault_help());
 }

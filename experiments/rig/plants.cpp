@@ -2,6 +2,7 @@
 
 #include "core/config/reader.hpp"
 #include "experiments/rig/calibration.hpp"
+#include "experiments/rig/comedi_io.hpp"
 #include "experiments/rig/faulty_plant.hpp"
 #include "experiments/rig/udp_io.hpp"
 
@@ -10,8 +11,11 @@ namespace solenoid {
 OpenedPlant open_plant(const PlantChoice& choice, const VariantConfig& variant, const ScenarioConfig& scenario,
                        std::uint64_t seed) {
   OpenedPlant opened;
-  if (choice.kind == "emulator") {
-    auto plant = std::make_unique<RigPlant>(std::make_unique<UdpIo>(parse_node_address(choice.address)), Calibration{});
+  std::unique_ptr<RigIo> io;
+  if (choice.kind == "emulator") io = std::make_unique<UdpIo>(parse_node_address(choice.address));
+  if (choice.kind == "comedi") io = make_comedi_io(choice.rig.comedi);
+  if (io) {
+    auto plant = std::make_unique<RigPlant>(std::move(io), choice.rig.calibration);
     opened.rig = plant.get();
     opened.plant = std::move(plant);
     return opened;

@@ -2,6 +2,7 @@
 
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/rig/fault_script.hpp"
+#include "experiments/rig/rig_file.hpp"
 
 #include <memory>
 #include <string>
@@ -14,7 +15,7 @@ class RigPlant;
 /// Which plant a run drives, and how it is reached.
 struct PlantChoice {
   std::string kind = "sim";                 ///< sim | emulator | comedi
-  std::string rig_file;                     ///< TOML of calibration and wiring; empty: the defaults
+  RigFile rig;                              ///< calibration and wiring
   std::string address = "127.0.0.1:47811";  ///< of the UDP I/O node
   std::vector<InjectedFault> faults;        ///< of a simulated plant
 };

@@ -59,10 +59,10 @@ class ArrivalsWrapper final : public SolverWrapper {
 };
 
 /// What a person or the end of the run did to the ladder in this tick.
-void repeat_requests(const TickRecord& tick, const TickRecord* before, FallbackLadder& ladder) {
+void repeat_requests(const TickRecord& tick, const TickRecord* next, FallbackLadder& ladder) {
   for (const Fault why : {Fault::stopped, Fault::aborted})
     if (tick.decision.safe_causes.has(why)) ladder.request_stop(why);
-  if (before && before->decision.rung == Rung::safe && tick.decision.rung != Rung::safe) ladder.request_rearm();
+  if (next && tick.decision.rung == Rung::safe && next->decision.rung != Rung::safe) ladder.request_rearm();
 }
 
 void compare(const TickRecord& logged, const Decision& decided, double& squares, ReplayResult& result) {
@@ -81,10 +81,9 @@ ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, std::int64_
   double squares = 0.0;
   if (const auto from = run.about.find("restart_m"); from != run.about.end())
     ladder.restart(0.0, std::stod(from->second));
-  const TickRecord* before = nullptr;
   for (const TickRecord& logged : run.ticks) {
     if (arriving) *arriving = logged.decision.solved ? logged.decision.ticket : -1;
-    repeat_requests(logged, before, ladder);
+    repeat_requests(logged, &logged != &run.ticks.back() ? &logged + 1 : nullptr, ladder);
     const auto begin = Clock::now();
     const Decision d = ladder.step(logged.sensors);
     step_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
@@ -94,7 +93,6 @@ ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, std::int64_
     if (logged.decision.solved && logged.decision.report.status == Status::deadline_reached) ++result.unproven;
     result.decided.push_back(logged);
     result.decided.back().decision = d;
-    before = &logged;
   }
   result.ticks = static_cast<std::int64_t>(run.ticks.size());
   result.motor_difference_rms_n = std::sqrt(squares / static_cast<double>(result.ticks));

@@ -11,6 +11,8 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <thread>
 
 #include <fmt/format.h>
@@ -21,6 +23,8 @@ namespace {
 constexpr int safe_ticks = 25;         // commanded safe before the loop ends: longer than the node's own timeout
 constexpr double most_kept_s = 120.0;  // of ticks for the metrics
 constexpr double watch_s = 0.05;
+constexpr double guard_look_s = 0.004;
+constexpr double abandon_s = 2.0;
 
 /// Collects what the summary needs, in the log's thread; sized once.
 class Statistics {
@@ -60,7 +64,8 @@ std::uint64_t wall_ns() {
 
 /// What the tick thread and the one that waits for it share.
 struct Shared {
-  std::atomic<bool> ended{false};
+  std::atomic<bool> ended{false}, abandoned{false};
+  std::atomic<std::int64_t> beats{0};  ///< ticks begun and ended
   std::vector<SetupStep> setup;
   LoopCounts loop;
   FaultSet causes;
@@ -94,9 +99,11 @@ class Ending {
 /// The recorder of the loop: the log, and the last tick for whoever ends it.
 struct Tap {
   RunLog& log;
+  std::atomic<std::int64_t>& beats;
   TickRecord last;
   void record(const TickRecord& tick) noexcept {
     last = tick;
+    beats.fetch_add(1, std::memory_order_relaxed);
     log.record(tick);
   }
 };
@@ -107,7 +114,7 @@ void tick_thread(Plant& plant, FallbackLadder& ladder, CommandLimits& limits, Ru
   if (settings.tick_core >= 0) shared.setup.push_back(pin_to_core("tick", settings.tick_core));
   if (settings.tick_priority > 0) shared.setup.push_back(set_fifo_priority("tick", settings.tick_priority));
   MonotonicClock clock;
-  Tap tap{log, {}};
+  Tap tap{log, shared.beats, {}};
   ControlLoop loop(plant, clock, ladder, limits, tap);
   Ending ending(ladder, settings);
   const auto most = static_cast<std::int64_t>((settings.duration_s + settings.rearm_wait_s + 3600.0) / tick_s);
@@ -121,10 +128,35 @@ void tick_thread(Plant& plant, FallbackLadder& ladder, CommandLimits& limits, Ru
   shared.ended.store(true);
 }
 
+/// Looks after a tick that does not come back from a read or a write: makes the plant safe past it, and gives up after
+/// abandon_s. If the tick comes back, its ladder finds the gap and stays safe.
+void guard_thread(const SessionSettings& settings, Shared& shared) {
+  prepare_thread("guard");
+  if (settings.tick_priority > 0) set_fifo_priority("guard", settings.tick_priority + 5);
+  MonotonicClock clock;
+  std::int64_t seen = 0;
+  double seen_s = clock.now_s();
+  bool made_safe = false;
+  while (!shared.ended.load() && !shared.abandoned.load()) {
+    clock.sleep_until(clock.now_s() + guard_look_s);
+    const std::int64_t beats = shared.beats.load(std::memory_order_relaxed);
+    const double now_s = clock.now_s();
+    if (beats != seen || beats == 0) {
+      seen = beats;
+      seen_s = now_s;
+      made_safe = false;
+    } else if (now_s - seen_s > settings.ladder.longest_gap_ticks * tick_s) {
+      if (!made_safe) settings.after_last_tick();
+      made_safe = true;
+      if (now_s - seen_s > abandon_s) shared.abandoned.store(true);
+    }
+  }
+}
+
 /// Until the tick thread has ended: interrupts, re-arms, a failing log, and something to look at.
 void wait_for(const Shared& shared, FallbackLadder& ladder, RunLog& log, const SessionWatch& watch,
               SessionResult& result) {
-  while (!shared.ended.load()) {
+  while (!shared.ended.load() && !shared.abandoned.load()) {
     std::this_thread::sleep_for(std::chrono::duration<double>(watch_s));
     if (!result.interrupted && watch.interrupted()) {
       result.interrupted = true;
@@ -175,7 +207,16 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
 
   Shared shared;
   std::thread thread([&] { tick_thread(plant, *ladder, limits, log, settings, shared); });
+  std::thread guard([&] { guard_thread(settings, shared); });
   wait_for(shared, *ladder, log, watch, result);
+  guard.join();
+  if (shared.abandoned.load()) {
+    // The thread cannot be ended, and it uses everything here: close the log and leave as a whole.
+    settings.after_last_tick();
+    log.close({{"ended_in", "a tick that did not come back"}});
+    std::fprintf(stderr, "solenoid: the plant's read or write did not come back; outputs made safe, log closed\n");
+    std::_Exit(1);
+  }
   thread.join();
   settings.after_last_tick();
 

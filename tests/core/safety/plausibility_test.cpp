@@ -112,7 +112,7 @@ TEST_F(PlausibilityTest, FindsAStuckPressureOnceTheModelMovesIt) {
     s.pressure_a_pa = 150e3;
     if (check(s, {2e3, 0}).failed.has(Sensor::pressure_a, SensorFault::stuck)) break;
   }
-  EXPECT_EQ(ticks, static_cast<int>(settings.stuck_pa / 2e3));
+  EXPECT_EQ(ticks, static_cast<int>(settings.stuck_pa / 2e3) + settings.stuck_lag_ticks);
 }
 
 TEST_F(PlausibilityTest, FindsPressuresThatNoChamberCanHold) {

@@ -1,0 +1,307 @@
+#include "controllers/timing.hpp"
+#include "core/actuator/valves.hpp"
+#include "core/rt/clock.hpp"
+#include "core/rt/control_loop.hpp"
+#include "experiments/campaign/campaign.hpp"
+#include "experiments/rig/fault_table.hpp"
+#include "experiments/rig/make_ladder.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace solenoid {
+namespace {
+
+/// A slide that does as the reference says, and a controller whose plan is as old as a test wants it.
+struct Bench {
+  struct Primary final : Controller {
+    explicit Primary(Bench& bench) : bench(bench) {}
+    Decision step(const Sensors& s) noexcept override {
+      Decision d;
+      d.reference = bench.reference.at(s.time_s);
+      d.estimate = {std::isfinite(s.position_m) ? s.position_m : 0.05, 0.0, 150e3, 150e3};
+      d.command = bench.wanted;
+      d.plan_age = bench.plan_age;
+      d.planned = bench.planned;
+      d.rung = bench.plan_age < ticks_per_period ? Rung::fresh : Rung::shifted;
+      return d;
+    }
+    void applied(const Command& c) noexcept override { bench.told = c; }
+    void restart(double time_s, double y) noexcept override {
+      bench.reference.restart(time_s, y);
+      ++bench.restarts;
+    }
+    Bench& bench;
+  };
+
+  explicit Bench(LadderSettings settings = {}, bool motor = true) {
+    settings.plausibility.stuck_ticks = 0;  // a bench without noise
+    settings.plausibility.innovation_limit = 1e9;
+    settings.plausibility.stuck_pa = 0;
+    ladder = std::make_unique<FallbackLadder>(
+        FallbackLadder::Parts{std::make_unique<Primary>(*this), PneumaticActuator(), modes, Trajectory(0.05),
+                              motor ? std::optional(MotorGains{}) : std::nullopt, settings});
+  }
+  Decision tick(int ticks = 1) {
+    Decision d;
+    for (int i = 0; i < ticks; ++i) {
+      sensors.time_s = 1e-3 * k++;
+      d = ladder->step(sensors);
+      left = limits.checked(d.command);
+      ladder->applied(left);
+      EXPECT_GE(modes.find(left.coils), 0);
+      EXPECT_LE(std::abs(left.motor_force_n), 8.0 + 1e-12);
+    }
+    return d;
+  }
+
+  ModeSet modes = valve_modes("two_way", {});
+  RestartableReference reference{Trajectory(0.05)};
+  CommandLimits limits{modes, 8.0};
+  Sensors sensors{0.0, 0.05, 150e3, 150e3};
+  Command wanted{0b1001, 1.0}, told, left;
+  int plan_age = 0, k = 0, restarts = 0;
+  bool planned = true;
+  std::unique_ptr<FallbackLadder> ladder;
+};
+
+TEST(Ladder, StepsDownRungByRungAndClimbsBackAtOnce) {
+  LadderSettings settings;
+  settings.shifted_slots = 2;
+  settings.dmpc_slots = 3;
+  settings.motor_slots = 4;
+  Bench bench(settings);
+  bench.tick(20);
+  std::vector<Rung> seen;
+  for (int slot = 1; slot <= 10; ++slot) {
+    bench.plan_age = slot * ticks_per_period;
+    seen.push_back(bench.tick().rung);
+    bench.tick(4);
+  }
+  const auto s = Rung::shifted, d = Rung::dmpc, m = Rung::motor;
+  EXPECT_THAT(seen, testing::ElementsAre(s, s, d, d, d, m, m, m, m, Rung::safe));
+
+  Bench other(settings);
+  other.tick(20);
+  other.plan_age = 100;
+  EXPECT_EQ(other.tick(5).rung, Rung::dmpc);
+  other.plan_age = 0;
+  EXPECT_EQ(other.tick().rung, Rung::fresh);
+  EXPECT_EQ(other.left, other.wanted);
+}
+
+TEST(Ladder, DmpcCommandsDriveBothChambersAndTheMotorRungHoldsTheCoilsOff) {
+  Bench bench;
+  bench.tick(20);
+  bench.planned = false;
+  bench.tick(3);
+  const auto opening = bench.modes.point(bench.left.coils);
+  EXPECT_EQ(opening[0] + opening[1], 1.0);
+  EXPECT_EQ(opening[2] + opening[3], 1.0);
+  bench.sensors.pressure_a_pa = std::numeric_limits<double>::quiet_NaN();
+  const Decision d = bench.tick(4);
+  EXPECT_EQ(d.rung, Rung::motor);
+  EXPECT_EQ(bench.left.coils, 0u);
+  EXPECT_TRUE(d.faults.has(Sensor::pressure_a, SensorFault::not_finite));
+}
+
+TEST(Ladder, WithoutAMotorAFailedPressureEndsInSafe) {
+  Bench bench({}, false);
+  bench.tick(20);
+  bench.sensors.pressure_b_pa = std::numeric_limits<double>::quiet_NaN();
+  const Decision d = bench.tick(4);
+  EXPECT_EQ(d.rung, Rung::safe);
+  EXPECT_TRUE(d.safe_causes.has(Sensor::pressure_b, SensorFault::not_finite));
+}
+
+TEST(Ladder, LatchesSafeWithinASlotOfEachDanger) {
+  const auto after = [](auto change, int ticks) {
+    Bench bench;
+    bench.tick(20);
+    change(bench);
+    const Decision d = bench.tick(ticks);
+    EXPECT_EQ(bench.left.coils, 0u);
+    EXPECT_EQ(bench.left.motor_force_n, 0.0);
+    EXPECT_EQ(bench.ladder->counts().safe_entries, 1);
+    return d.safe_causes;
+  };
+  EXPECT_TRUE(after([](Bench& b) { b.sensors.position_m = NAN; }, 4).has(Sensor::position, SensorFault::not_finite));
+  EXPECT_TRUE(after([](Bench& b) { b.sensors.position_m = 0.11; }, 4).has(Sensor::position, SensorFault::rail));
+  EXPECT_TRUE(after([](Bench& b) { b.k += 21; }, 1).has(Fault::tick_gap));
+  EXPECT_TRUE(after([](Bench& b) { b.sensors.node_was_safe = true; }, 1).has(Fault::node_safe));
+  EXPECT_TRUE(after([](Bench& b) { b.ladder->request_stop(); }, 1).has(Fault::stopped));
+  EXPECT_TRUE(after([](Bench& b) { b.wanted.motor_force_n = NAN; }, 2).has(Fault::command_refused));
+  EXPECT_TRUE(after([](Bench& b) { b.wanted.coils = 0b0011; }, 2).has(Fault::command_refused));
+  EXPECT_TRUE(after([](Bench& b) { b.sensors.stale_ticks = 11; }, 1).has(Sensor::position, SensorFault::stale));
+  const auto moved = [](double to_m) {
+    return [to_m](Bench& b) {
+      while (std::abs(b.sensors.position_m - to_m) > 1e-9) {
+        b.sensors.position_m += std::clamp(to_m - b.sensors.position_m, -2e-3, 2e-3);
+        b.tick();
+      }
+    };
+  };
+  EXPECT_TRUE(after(moved(0.1087), 1).has(Fault::position_limit));
+  EXPECT_TRUE(after(moved(-0.0055), 1).has(Fault::position_limit));
+}
+
+TEST(Ladder, ReArmsOnlyByHandOnlyWhenSoundAndWithoutAJump) {
+  Bench bench;
+  bench.tick(20);
+  bench.sensors.position_m = NAN;
+  bench.tick(4);
+  EXPECT_EQ(bench.tick(200).rung, Rung::safe);
+  bench.ladder->request_rearm();
+  EXPECT_EQ(bench.tick().rung, Rung::safe);
+  EXPECT_EQ(bench.ladder->counts().refused_rearms, 1);
+  bench.sensors.position_m = 0.03;              // it has moved, and reads again
+  EXPECT_EQ(bench.tick(200).rung, Rung::safe);  // never by itself
+  bench.ladder->request_rearm();
+  EXPECT_EQ(bench.tick().rung, Rung::safe);  // its commands were decided before
+  Decision d = bench.tick();
+  EXPECT_EQ(d.rung, Rung::fresh);
+  EXPECT_EQ(bench.restarts, 1);
+  double before = 0.03;
+  for (int i = 0; i < 1000; ++i) {
+    d = bench.tick();
+    ASSERT_LT(std::abs(d.reference.position - before), 1e-3 * 0.11);  // twice the mean speed of the approach
+    before = d.reference.position;
+  }
+  EXPECT_NEAR(before, 0.05, 1e-6);
+}
+
+/// The whole chain around the twin, nothing wrong with it.
+struct Quiet {
+  void record(const TickRecord& t) noexcept {
+    degraded += t.decision.rung != Rung::fresh;
+    if (t.decision.rung == Rung::safe) causes |= t.decision.safe_causes;
+    seen |= t.decision.faults;
+  }
+  int degraded = 0;
+  FaultSet causes, seen;
+};
+
+TEST(Ladder, KeepsCountOfTimeThroughSkippedTicks) {
+  const Campaign campaign = read_campaign("rig", {{"nine_state"}, {"cycloidal"}});
+  const ScenarioConfig& scenario = campaign.scenarios.front();
+  const VariantConfig& variant = campaign.variants.front();
+  struct Stumbling final : Plant {
+    Sensors read(double time_s) noexcept override {
+      if (++reads % 200 == 0) clock.sleep_until(clock.now_s() + 6.2e-3);  // the machine stands still
+      return plant->read(time_s);
+    }
+    void write(const Command& command) noexcept override { plant->write(command); }
+    explicit Stumbling(FakeClock& c) : clock(c) {}
+    FakeClock& clock;
+    std::unique_ptr<SimulatedPlant> plant;
+    int reads = 0;
+  };
+  FakeClock clock;
+  Stumbling plant(clock);
+  plant.plant = make_plant(variant, scenario, 5);
+  const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, {}, nullptr);
+  CommandLimits limits = make_limits(variant);
+  Quiet quiet;
+  ControlLoop loop(plant, clock, *ladder, limits, quiet);
+  loop.run(8000, tick_s);
+  EXPECT_GT(loop.counts().skipped, 150);
+  EXPECT_EQ(quiet.degraded, 0) << to_string(quiet.causes) << "; seen " << to_string(quiet.seen);
+}
+
+TEST(Ladder, AStopIsForGood) {
+  Bench bench;
+  bench.tick(20);
+  bench.ladder->request_stop();
+  bench.tick(100);
+  bench.ladder->request_rearm();
+  EXPECT_EQ(bench.tick(10).rung, Rung::safe);
+}
+
+TEST(Ladder, LowersForABoundedTimeIfTold) {
+  LadderSettings settings;
+  settings.lowering_s = 0.1;
+  Bench bench(settings);
+  for (int i = 0; i < 100; ++i) {  // a slide that falls at 0.1 m/s
+    bench.sensors.position_m -= 1e-4;
+    bench.tick();
+  }
+  bench.ladder->request_stop();
+  double braking = 0.0;
+  for (int i = 0; i < 90; ++i) {
+    bench.sensors.position_m -= 1e-4;
+    bench.tick();
+    EXPECT_EQ(bench.left.coils, 0u);
+    braking = std::max(braking, bench.left.motor_force_n);
+  }
+  EXPECT_GT(braking, 2.0);  // against the motion
+  bench.tick(20);
+  EXPECT_EQ(bench.left.motor_force_n, 0.0);
+}
+
+TEST(Ladder, FindsNoFaultInASoundPlantWhateverItsPayloadFrictionAndFlow) {
+  struct World {
+    double payload_kg, friction, flow;
+  };
+  for (const World w :
+       {World{0, 1, 1}, {0.15, 1, 1}, {0.46, 1, 1}, {0.15, 1.5, 0.9}, {0, 0.7, 1.1}, {0.15, 2.0, 0.8}}) {
+    const Campaign campaign = read_campaign("rig", {{"nine_state"}, {"cycloidal"}});
+    ScenarioConfig scenario = campaign.scenarios.front();
+    scenario.payload_kg = w.payload_kg;
+    scenario.mismatch.friction = w.friction;
+    scenario.mismatch.flow = w.flow;
+    const VariantConfig& variant = campaign.variants.front();
+    const auto plant = make_plant(variant, scenario, 5);
+    const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, {}, nullptr);
+    CommandLimits limits = make_limits(variant);
+    FakeClock clock;
+    Quiet quiet;
+    ControlLoop loop(*plant, clock, *ladder, limits, quiet);
+    loop.run(20'000, tick_s);  // the motion, then holding for twelve seconds
+    EXPECT_EQ(quiet.degraded, 0) << w.payload_kg << " " << w.friction << " " << w.flow << ": "
+                                 << to_string(quiet.causes) << "; seen " << to_string(quiet.seen);
+  }
+}
+
+TEST(FaultTable, EveryFaultEndsWhereItShouldAndNothingOutOfRangeLeaves) {
+  for (const FaultOutcome& f : simulated_faults()) {
+    SCOPED_TRACE(f.fault);
+    EXPECT_TRUE(f.in_range);
+    if (f.fault.starts_with("solver:throw")) {
+      EXPECT_THAT(f.note, testing::HasSubstr("before the first command"));
+      continue;
+    }
+    const bool solver = f.fault.starts_with("solver");
+    if (!solver) {  // no fault of sensor, valves or supply goes unanswered
+      EXPECT_GE(f.worst, Rung::motor);
+    }
+    if (f.fault.starts_with("position") && f.note != "re-armed") {
+      EXPECT_EQ(f.last, Rung::safe);
+      EXPECT_EQ(f.final_command.coils, 0u);
+      EXPECT_EQ(f.final_command.motor_force_n, 0.0);
+    }
+    // What a single value shows is answered within one slot of its first sight.
+    if (f.fault.find("garbage") != std::string::npos || f.fault.starts_with("position:off")) {
+      EXPECT_LE(f.acted_ms, 5.0);
+    }
+    if (f.fault.starts_with("solver:late")) {
+      EXPECT_LE(f.worst, Rung::dmpc);
+      EXPECT_EQ(f.last, Rung::fresh);
+    }
+    if (f.fault.starts_with("solver:late=1@") || f.fault.starts_with("solver:late=2@")) {
+      EXPECT_EQ(f.worst, Rung::fresh);
+    }
+    if (f.fault.starts_with("solver:hang") || f.fault.starts_with("solver:nan")) {
+      EXPECT_TRUE(f.causes.has(Fault::no_plan));
+      EXPECT_LE(f.detected_ms, 10.0);
+    }
+    if (f.note == "re-armed") {
+      EXPECT_EQ(f.last, Rung::fresh);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace solenoid

@@ -1,0 +1,226 @@
+#include "experiments/log/recorded_run.hpp"
+#include "experiments/rig/fault_table.hpp"
+#include "tests/experiments/program_run.hpp"
+
+#include <cstdlib>
+#include <optional>
+#include <regex>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace solenoid {
+namespace {
+
+using test::Folder;
+using test::ProgramRun;
+using test::run_program;
+using test::text_of;
+using testing::HasSubstr;
+
+std::string log_of(const Folder& folder) { return (folder / "out/cycloidal--nine_state--s1.mcap").string(); }
+
+/// A shared machine may stand still for longer than any rig may: such runs end in SAFE, as they must, and say nothing
+/// about what a test asks. They are made again.
+ProgramRun run_undisturbed(const Folder& folder, std::vector<std::string> arguments) {
+  ProgramRun run;
+  for (int attempt = 0; attempt < 8; ++attempt) {
+    std::filesystem::remove_all(folder / "out");
+    run = run_program(arguments);
+    const std::string said = run.out + run.err;
+    const auto has = [&](const char* word) { return said.find(word) != std::string::npos; };
+    if (!has("tick gap") && !has("I/O safe") && !has("position stale")) break;
+  }
+  return run;
+}
+
+TEST(Run, MovesTheTwinInRealTimeAndItsReplayGivesTheSameCommands) {
+  const Folder folder;
+  const ProgramRun run = run_undisturbed(folder, {"run", "nine_state", "--plant", "sim", "--duration", "2.5", "--out",
+                                                  (folder / "out").string(), "--quiet", "--format", "json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto result = nlohmann::json::parse(run.out).at("runs").at(0);
+  EXPECT_EQ(result.at("status"), "ok");
+  const std::int64_t ticks = result.at("loop").at("ticks"), skipped = result.at("loop").at("skipped");
+  EXPECT_NEAR(static_cast<double>(ticks + skipped), 2527, 2);  // every millisecond is accounted for
+  EXPECT_EQ(result.at("loop").at("allocations"), 0);
+  EXPECT_LT(result.at("rmse_mm"), 5.0);
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/runs.csv"));
+  const RecordedRun log = read_run(log_of(folder));
+  EXPECT_EQ(log.problem, "");
+  EXPECT_EQ(static_cast<std::int64_t>(log.ticks.size()), ticks);
+  const ProgramRun replay = run_program({"replay", log_of(folder), "--format", "json"});
+  EXPECT_EQ(replay.exit_code, 0) << replay.out << replay.err;
+  EXPECT_EQ(nlohmann::json::parse(replay.out).at("coil_differences"), 0);
+  const ProgramRun other = run_program({"replay", log_of(folder), "--variant", "thesis_pd_ekf", "--format", "json"});
+  EXPECT_EQ(other.exit_code, 0) << other.err;
+  EXPECT_GT(nlohmann::json::parse(other.out).at("coil_differences"), 0);
+  const ProgramRun csv = run_program({"export", log_of(folder)});
+  EXPECT_EQ(std::count(csv.out.begin(), csv.out.end(), '\n'), ticks + 1);
+}
+
+TEST(Run, NextSlotPlansTakeEffectAtSlotsAlone) {
+  const Folder folder;
+  const ProgramRun run =
+      run_undisturbed(folder, {"run", "nine_state", "--plant", "sim", "--duration", "2.5", "--policy", "next_slot",
+                               "--out", (folder / "out").string(), "--quiet"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  SwitchPattern before = 0;
+  for (const TickRecord& t : read_run(log_of(folder)).ticks) {
+    const auto k = std::llround(t.sensors.time_s / 1e-3);
+    if (t.decision.rung == Rung::fresh && t.skipped == 0) {
+      EXPECT_TRUE(t.applied.coils == before || k % 5 == 0) << k;
+    }
+    before = t.applied.coils;
+  }
+  EXPECT_EQ(run_program({"replay", log_of(folder)}).exit_code, 0);
+}
+
+TEST(Run, EndsInSafeWithExitCodeOneWhenASensorFails) {
+  const Folder folder;
+  const ProgramRun run = run_undisturbed(folder, {"run", "nine_state", "--duration", "3", "--fault",
+                                                  "position:garbage@1", "--out", (folder / "out").string(), "--quiet"});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.out, HasSubstr("position"));
+  EXPECT_EQ(read_run(log_of(folder)).ticks.back().applied, Command{});
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/cycloidal--nine_state--s1-fault-1.csv"));
+}
+
+TEST(Run, RefusesBeforeItMovesAnything) {
+  const Folder folder;
+  const std::string out = (folder / "out").string();
+  EXPECT_EQ(run_program({"run", "nobody", "--out", out}).exit_code, 2);
+  EXPECT_EQ(run_program({"run", "nine_state", "--fault", "position:on@1", "--out", out}).exit_code, 2);
+  EXPECT_EQ(run_program({"run", "nine_state", "--plant", "hydraulic", "--out", out}).exit_code, 2);
+  EXPECT_EQ(run_program({"run", "nine_state", "--out", "/proc/nowhere"}).exit_code, 2);
+  EXPECT_EQ(run_program({"run", "nine_state", "--fault", "solver:throw@0", "--out", out}).exit_code, 1);
+  const ProgramRun none =
+      run_program({"run", "nine_state", "--plant", "emulator", "--node", "127.0.0.1:9", "--out", out});
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_THAT(none.err, HasSubstr("no answer"));
+}
+
+TEST(Run, TheTickMakesNoSystemCallButSleepOnTheTwin) {
+  if (std::system("strace -V >/dev/null 2>&1") != 0) GTEST_SKIP() << "needs strace";
+  const Folder folder;
+  const std::string trace = (folder / "trace").string();
+  const std::string command = "strace -f -qq -o '" + trace +
+                              "' " SOLENOID_PROGRAM " run nine_state --duration 1 --quiet --out '" +
+                              (folder / "out").string() + "' >/dev/null 2>&1";
+  const int status = std::system(command.c_str());
+  if (!WIFEXITED(status) || WEXITSTATUS(status) > 1) GTEST_SKIP() << "strace may not trace here";
+  std::istringstream lines(text_of(trace));
+  std::map<std::string, std::map<std::string, int>> calls;  // by thread
+  std::map<std::string, std::string> names;
+  const std::regex call(R"(^(\d+)\s+(?:<\.\.\. )?(\w+))"), named("PR_SET_NAME, \"(\\w+)\"");
+  std::smatch m;
+  std::map<std::string, bool> ticking;
+  for (std::string line; std::getline(lines, line);) {
+    if (!std::regex_search(line, m, call)) continue;
+    const std::string thread = m[1], name = m[2];
+    if (std::smatch n; std::regex_search(line, n, named)) names[thread] = n[1];
+    if (name == "clock_nanosleep") ticking[thread] = true;  // set-up is over with the first sleep
+    if (ticking[thread]) ++calls[thread][name];
+  }
+  bool found = false;
+  for (const auto& [thread, name] : names) {
+    if (name != "tick") continue;
+    found = true;
+    int others = 0;
+    for (const auto& [what, count] : calls[thread])
+      if (what != "clock_nanosleep" && what != "exit" && what != "madvise" && what != "munmap" &&
+          what != "rt_sigprocmask")
+        others += count, ADD_FAILURE() << what << " " << count;
+    EXPECT_GT(calls[thread]["clock_nanosleep"], 20);
+    EXPECT_EQ(others, 0);
+  }
+  EXPECT_TRUE(found);
+}
+
+TEST(Faults, OfProcessesLeaveTheNodeSafeAndTheLogReadable) {
+  const Folder folder;
+  for (const ProcessOutcome& p : process_faults(SOLENOID_PROGRAM, (folder / "").string())) {
+    SCOPED_TRACE(p.name);
+    EXPECT_EQ(p.refused, 0);
+    EXPECT_EQ(p.final_outputs, Command{});
+    // Where the machine itself stood still, SAFE came first and says so.
+    const bool stood_still = p.causes.find("stale") != std::string::npos || p.causes.find("gap") != std::string::npos ||
+                             p.causes.find("I/O safe") != std::string::npos;
+    if (!stood_still) {
+      EXPECT_GT(p.log_ticks, 100);
+    }
+    const bool killed = p.name == "SIGKILL" || p.name == "SIGSEGV" || p.name == "disk full";
+    if (!stood_still) {
+      EXPECT_EQ(p.log_closed, !killed);
+    }
+    if ((p.name == "SIGINT" || p.name == "SIGTERM") && !stood_still) {
+      EXPECT_EQ(p.exit_code, 130);
+    }
+    if (p.name.starts_with("SIGSTOP")) {
+      EXPECT_EQ(p.exit_code, 1);
+      EXPECT_TRUE(stood_still) << p.causes;
+    }
+    if (p.name == "node killed" || p.name == "every packet lost" || p.name == "packets 2 ms late") {
+      EXPECT_EQ(p.exit_code, 1);
+      EXPECT_THAT(p.causes, HasSubstr("stale"));
+    }
+    if (p.name == "solver hangs" && !stood_still) {
+      EXPECT_THAT(p.causes, HasSubstr("no plan"));
+    }
+  }
+}
+
+#ifdef SOLENOID_FAKE_COMEDI
+ProgramRun run_comedi(const Folder& folder, const std::string& fault) {
+  std::ofstream(folder / "rig.toml") << "[comedi]\nvalves = { subdevice = 3, coils = [0, 1, 2, 3], watchdog = 15 }\n";
+  setenv("LD_LIBRARY_PATH", SOLENOID_FAKE_COMEDI, 1);
+  setenv("FAKE_COMEDI", fault.c_str(), 1);
+  setenv("FAKE_COMEDI_REPORT", (folder / "report").c_str(), 1);
+  const ProgramRun run =
+      run_undisturbed(folder, {"run", "nine_state", "--plant", "comedi", "--rig", (folder / "rig.toml").string(),
+                               "--duration", "3", "--out", (folder / "out").string(), "--quiet"});
+  unsetenv("LD_LIBRARY_PATH");
+  return run;
+}
+
+TEST(Comedi, ClosesTheLoopThroughASubstituteBoard) {
+  const Folder folder;
+  const ProgramRun run = run_comedi(folder, "");
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  const RecordedRun log = read_run(log_of(folder));
+  double largest_mm = 0.0;
+  for (const TickRecord& t : log.ticks) {
+    if (t.decision.safe_causes.has(Fault::stopped)) break;
+    largest_mm = std::max(largest_mm, 1e3 * std::abs(t.decision.reference.position - t.sensors.position_m));
+    const double level = (t.sensors.position_m - 0.05) / 0.012 / (10.0 / 8191) + 4095.5;
+    ASSERT_NEAR(level, std::round(level), 1e-6);  // the card's own steps
+  }
+  EXPECT_LT(largest_mm, 5.0);
+  const std::string report = text_of(folder / "report");
+  EXPECT_THAT(report, HasSubstr("coils  0 motor_v   0.00"));
+  std::smatch m;
+  ASSERT_TRUE(std::regex_search(report, m, std::regex("toggles +(\\d+)")));
+  EXPECT_GT(std::stol(m[1]), 2500);  // the external watchdog was fed
+}
+
+TEST(Comedi, AFailingReadEndsInTheSafeState) {
+  const Folder folder;
+  const ProgramRun run = run_comedi(folder, "fail@1000");
+  EXPECT_EQ(run.exit_code, 1) << run.out << run.err;
+  EXPECT_THAT(text_of(folder / "report"), HasSubstr("coils  0 motor_v   0.00"));
+  EXPECT_THAT(run.out, HasSubstr("stale"));
+}
+
+TEST(Comedi, AReadThatNeverComesBackEndsInTheSafeStateAndNotInAHang) {
+  const Folder folder;
+  const ProgramRun run = run_comedi(folder, "block@1000");
+  EXPECT_EQ(run.exit_code, 1) << run.out << run.err;
+  EXPECT_THAT(run.err, HasSubstr("did not come back"));
+  EXPECT_THAT(text_of(folder / "report"), HasSubstr("coils  0 motor_v   0.00"));
+  EXPECT_EQ(read_run(log_of(folder)).problem, "");
+}
+#endif
+
+}  // namespace
+}  // namespace solenoid
