@@ -1,8 +1,8 @@
 #include "experiments/report/figure.hpp"
 
 #include "core/config/reader.hpp"
-#include "experiments/campaign/campaign.hpp"
 #include "experiments/report/gnuplot.hpp"
+#include "experiments/campaign/campaign.hpp"
 #include "tests/experiments/program_run.hpp"
 
 #include <gmock/gmock.h>
