@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -94,16 +95,18 @@ FishingRow row_of(const Grid& grid) {
   return row;
 }
 
-/// Two switches of a plan on `intervals` equal ones, moved by single steps of a model 8 times finer. Returns the cost.
+/// Two switches of a plan on `intervals` equal ones, moved by 32nds of an interval on a model 8 times finer. Returns
+/// the cost.
 double refined(const std::vector<int>& modes, FishingWithTwoSwitches& two) {
   constexpr int finer = 8, steps = finer * fishing_model_steps, reach = 2;  // old intervals either side of a switch
   const int length = steps / static_cast<int>(modes.size());
+  const int cell = std::gcd(length, std::max(1, length / 32));
   std::vector<int> blocks, fine_modes;
   for (int k = 0; k < static_cast<int>(modes.size()); ++k) {
     bool near = false;
     for (int i = std::max(1, k - reach + 1); i <= std::min(k + reach, static_cast<int>(modes.size()) - 1); ++i)
       near = near || modes[static_cast<std::size_t>(i)] != modes[static_cast<std::size_t>(i) - 1];
-    blocks.insert(blocks.end(), static_cast<std::size_t>(near ? length : 1), near ? 1 : length);
+    blocks.insert(blocks.end(), static_cast<std::size_t>(near ? length / cell : 1), near ? cell : length);
     fine_modes.resize(blocks.size(), modes[static_cast<std::size_t>(k)]);
   }
   const auto problem = fishing_problem(12.0 / steps, blocks);

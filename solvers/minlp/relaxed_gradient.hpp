@@ -31,7 +31,8 @@ class RelaxedGradient {
     int first = 0;
     for (std::size_t k = 0; k < grid_.size(); ++k) {
       const auto c = commanded_states<double>(problem.modes, weights.subspan(k * modes, modes));
-      cost += roll(problem, first, k, previous, c, continuous[k], x);
+      cost += problem.modes.switch_count() <= few ? roll<few>(problem, first, k, previous, c, continuous[k], x)
+                                                  : roll<ns>(problem, first, k, previous, c, continuous[k], x);
       previous = c;
       first += grid_.intervals[k];
     }
@@ -42,23 +43,28 @@ class RelaxedGradient {
  private:
   static constexpr int nx = M::state_size, ns = max_switches, nu = M::continuous_size, size = nx + 2 * ns + nu;
   using Gradient = Eigen::Matrix<double, size, 1>;  // by state, previous command, command, continuous input
-  using Dual = Eigen::AutoDiffScalar<Gradient>;
+  static constexpr int few = 4;                     // switches: duals of the width that most mode sets need
   struct Part {
     Gradient cost;
     Eigen::Matrix<double, nx, size> end;  // of the state at the interval's end
   };
 
   /// Rolls interval k, keeps its derivatives and returns its cost; the last one's has the terminal cost.
+  template <int seeded>
   double roll(const Problem<M>& problem, int first, std::size_t k, const SwitchStates<double>& previous,
               const SwitchStates<double>& command, const ContinuousOf<M>& planned, StateOf<M>& state) noexcept {
+    constexpr int width = nx + 2 * seeded + nu;
+    using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, width, 1>>;
     Vector<Dual, M::state_size> x;
     SwitchStates<Dual> before, c;
+    before.fill(Dual(0.0));
+    c.fill(Dual(0.0));
     Vector<Dual, M::continuous_size> u;
     int at = 0;
-    for (std::size_t i = 0; i < x.size(); ++i) x[i] = Dual(state[i], size, at++);
-    for (std::size_t i = 0; i < max_switches; ++i) before[i] = Dual(previous[i], size, at++);
-    for (std::size_t i = 0; i < max_switches; ++i) c[i] = Dual(command[i], size, at++);
-    for (std::size_t i = 0; i < u.size(); ++i) u[i] = Dual(planned[i], size, at++);
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = Dual(state[i], width, at++);
+    for (std::size_t i = 0; i < seeded; ++i) before[i] = Dual(previous[i], width, at++);
+    for (std::size_t i = 0; i < seeded; ++i) c[i] = Dual(command[i], width, at++);
+    for (std::size_t i = 0; i < u.size(); ++i) u[i] = Dual(planned[i], width, at++);
     Dual cost(0.0);
     if (problem.cost.switching != 0.0)
       for (std::size_t i = 0; i < static_cast<std::size_t>(problem.modes.switch_count()); ++i)
@@ -73,12 +79,23 @@ class RelaxedGradient {
     if (k + 1 == grid_.size())
       cost = rollout_detail::weighted_square<M, Dual>(problem.cost.terminal, problem.reference.back(),
                                                       problem.model.template output<Dual>(x), cost);
-    parts_[k].cost = cost.derivatives();
+    parts_[k].cost = spread<seeded>(cost.derivatives());
     for (std::size_t i = 0; i < x.size(); ++i) {
-      parts_[k].end.row(static_cast<int>(i)) = x[i].derivatives().transpose();
+      parts_[k].end.row(static_cast<int>(i)) = spread<seeded>(x[i].derivatives()).transpose();
       state[i] = x[i].value();
     }
     return cost.value();
+  }
+
+  /// Derivatives by `seeded` switches at the places of all.
+  template <int seeded>
+  static Gradient spread(const Eigen::Matrix<double, nx + 2 * seeded + nu, 1>& d) noexcept {
+    Gradient all = Gradient::Zero();
+    all.template head<nx>() = d.template head<nx>();
+    all.template segment<seeded>(nx) = d.template segment<seeded>(nx);
+    all.template segment<seeded>(nx + ns) = d.template segment<seeded>(nx + seeded);
+    all.template tail<nu>() = d.template tail<nu>();
+    return all;
   }
 
   void chain(const Problem<M>& problem, std::span<double> d_weights, std::span<ContinuousOf<M>> d_continuous) noexcept {

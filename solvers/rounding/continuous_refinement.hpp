@@ -121,17 +121,17 @@ class ContinuousRefinement {
     }
     if constexpr (HasConsumption<M>) {
       const double weight = 0.5 * problem.cost.consumption * problem.horizon.dt_s;
-      if (weight != 0.0)
-        gradient_ +=
-            weight * (problem.model.template consumption<Dual>(state, s).derivatives().template head<nx>().transpose() *
-                      sensitivity_)
-                         .transpose();
+      if (weight != 0.0) {
+        const Dual rate = problem.model.template consumption<Dual>(state, s);
+        row_ = rate.derivatives().template head<nx>().transpose().lazyProduct(sensitivity_);
+        gradient_ += weight * row_.transpose();
+      }
     }
     const auto next = problem.model.template step<Dual>(state, s, u, problem.horizon.dt_s);
     const auto first = static_cast<Eigen::Index>(b * M::continuous_size);
     for (int i = 0; i < nx; ++i) {
       const auto& d = next[static_cast<std::size_t>(i)].derivatives();
-      next_sensitivity_.row(i).noalias() = d.template head<nx>().transpose() * sensitivity_;
+      next_sensitivity_.row(i) = d.template head<nx>().transpose().lazyProduct(sensitivity_);  // allocates nothing
       next_sensitivity_.template block<1, nu>(i, first) += d.template tail<nu>().transpose();
       x[static_cast<std::size_t>(i)] = next[static_cast<std::size_t>(i)].value();
     }
@@ -144,9 +144,10 @@ class ContinuousRefinement {
     Vector<Dual, M::state_size> state;
     for (std::size_t i = 0; i < M::state_size; ++i) state[i] = Dual(x[i], nx + nu, static_cast<int>(i));
     const Dual output = problem.model.template output<Dual>(state)[z];
-    row_.noalias() = output.derivatives().template head<nx>().transpose() * sensitivity_;
+    row_ = output.derivatives().template head<nx>().transpose().lazyProduct(sensitivity_);
     gradient_ += (weight * (output.value() - problem.reference[j][z])) * row_.transpose();
-    hessian_.template selfadjointView<Eigen::Lower>().rankUpdate(row_.transpose(), weight);
+    for (Eigen::Index i = 0; i < row_.size(); ++i)
+      for (Eigen::Index k = 0; k <= i; ++k) hessian_(i, k) += weight * row_[i] * row_[k];
   }
 
   /// The Gauss-Newton step over the inputs that are not held at a bound by the gradient.

@@ -38,6 +38,7 @@ const std::vector<BadInput>& cases() {
        lists,
        {"c.toml:5", "payload_kg", "wrong type"}},
       {"unknown_value", "solver = \"magic\"\n", sine, lists, {"c.toml:3", "'magic'", "exhaustive"}},
+      {"joint_motor_that_nothing_chooses", "motor = \"joint\"\n", sine, lists, {"c.toml:3", "joint", "cia"}},
       {"negative_mass", "model = { block_mass_kg = -1 }\n", sine, lists, {"c.toml:3", "block_mass_kg", "> 0"}},
       {"negative_payload",
        "",

@@ -1,3 +1,4 @@
+#include "controllers/factory.hpp"
 #include "core/rt/allocation_guard.hpp"
 #include "solvers/rounding/integral_approximation.hpp"
 #include "solvers/rounding/sum_up_rounding.hpp"
@@ -48,6 +49,42 @@ TEST(RoundingNoAlloc, SumUpRoundingAndIntegralApproximationAtEveryStatus) {
   solve(2000, Deadline::never());
   EXPECT_EQ(seen, (std::set<Status>{Status::optimal, Status::iteration_limit, Status::deadline_reached,
                                     Status::infeasible, Status::numerical_failure}));
+}
+
+template <HybridModel M>
+void expect_fenced_solver(const VariantConfig& variant) {
+  auto problem = make_problem<M>(variant, Plane::vertical);
+  problem.initial = {0.05, 0.1, 150e3, 150e3};
+  for (auto& r : problem.reference) r = {0.06, 0.0};
+  for (auto& r : problem.setpoint) r = {0.06, 0.0};
+  const auto solver = make_solver<M>(variant);
+  solver->prepare(problem);
+  Plan<M> plan(problem);
+  EXPECT_EQ(fenced([&] { return solver->solve(problem, plan, Deadline::never()); }).status, Status::feasible);
+  EXPECT_EQ(fenced([&] { return solver->solve(problem, plan, Deadline(Deadline::Clock::now())); }).status,
+            Status::deadline_reached);
+  problem.initial[velocity] = std::nan("");
+  EXPECT_EQ(fenced([&] { return solver->solve(problem, plan, Deadline::never()); }).status, Status::numerical_failure);
+}
+
+TEST(RoundingNoAlloc, RelaxedAndRoundedVariantsSolveWithoutAllocation) {
+  ASSERT_TRUE(AllocationGuard::available());
+  for (const char* valves : {"three_way", "two_way"})
+    for (const char* solver : {"sum_up_rounding", "cia"})
+      for (const char* motor : {"none", "in_prediction", "joint"}) {
+        VariantConfig variant;
+        variant.valves = valves;
+        variant.solver = solver;
+        variant.motor = motor;
+        variant.motor_weight = 1e-12;
+        variant.switching_weight = 2e-8;
+        variant.air_weight = 1e-6;
+        variant.blocks = {2, 4, 14};
+        if (variant.predicts_motor())
+          expect_fenced_solver<PrestabilisedActuator>(variant);
+        else
+          expect_fenced_solver<PneumaticActuator>(variant);
+      }
 }
 
 }  // namespace
