@@ -61,6 +61,7 @@ class MpcController final : public Controller {
     d.reference = parts_.reference.at(sensors.time_s);
     estimate(sensors, d);
     d.offset_m = offset_.update(d.reference.position - d.estimate[position]);
+    take_up_due_plan();
     if (deferred_) collect(d);
     if (tick_ / ticks_per_period != slot_) plan_valves(sensors.time_s, d);
     d.command.coils = coils(d);
@@ -195,13 +196,16 @@ class MpcController final : public Controller {
     slot.valid = true;
   }
 
+  /// Before the next plan is made: with a latency of a whole period both fall on the same tick.
+  void take_up_due_plan() noexcept {
+    if (!next_.valid || next_.begin > tick_) return;
+    std::swap(current_, next_);
+    next_.valid = false;
+  }
+
   /// The coils of the plan in force, period by period, and its share of the motor force; without one coils keep their
   /// command.
   SwitchPattern coils(Decision& d) noexcept {
-    if (next_.valid && next_.begin <= tick_) {
-      std::swap(current_, next_);
-      next_.valid = false;
-    }
     if (!current_.valid) {
       d.plan_age = static_cast<int>(std::min<std::int64_t>(tick_ - oldest_, 1 << 20));
       d.planned = d.plan_age < fresh_ticks_;  // the first plan is still on its way

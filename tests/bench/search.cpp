@@ -128,7 +128,7 @@ void deadline_overrun(double budget_us) {
   }
   fmt::print("hybrid 9^6 with a deadline of {:.0f} us: {} of {} instances stopped\n", budget_us, own.size(),
              all.size());
-  for (const auto& [what, late] : {std::pair{"least of 5 runs", own}, std::pair{"all runs", any}}) {
+  for (auto [what, late] : {std::pair{"least of 5 runs", own}, std::pair{"all runs", any}}) {
     const Percentiles t = percentiles(late);
     fmt::print("  late by us, {:15s} p50 {:6.2f} p99 {:8.2f} p99.9 {:8.2f} max {:8.2f}\n", what, t.p50, t.p99, t.p999,
                t.max);

@@ -94,7 +94,7 @@ TEST(IdealSensing, BypassesEveryEstimator) {
   s.ideal_sensing = true;
   s.sensing_chain = false;
   s.duration_s = 1.0;
-  const RunResult a = simulate(shipped("thesis_pd"), s, 1), b = simulate(shipped("thesis_pd_ekf"), s, 1);
+  const RunResult a = simulate(shipped("thesis_cylinder"), s, 1), b = simulate(shipped("thesis_cylinder_ekf"), s, 1);
   for (std::size_t k = 0; k < a.ticks.size(); ++k) ASSERT_EQ(a.ticks[k].sensors.truth, b.ticks[k].sensors.truth) << k;
 }
 
