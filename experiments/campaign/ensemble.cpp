@@ -56,7 +56,7 @@ std::vector<toml::table> ensemble_scenarios(const Ensemble& e, const toml::table
     const auto value = [&](std::size_t q) { return at(e.intervals[q], shares[q][static_cast<std::size_t>(m)], q > 0); };
     toml::table member = scenario;
     member.erase("ensemble");
-    member.insert_or_assign("name", fmt::format("{}_{:03}", scenario["name"].value_or(std::string()), m + 1));
+    member.insert_or_assign("name", fmt::format("{}-m{:03}", scenario["name"].value_or(std::string()), m + 1));
     member.insert_or_assign("payload_kg", value(0));
     toml::table mismatch;
     for (std::size_t q = 1; q + 1 < Ensemble::names.size(); ++q) mismatch.insert(Ensemble::names[q], value(q));
@@ -71,8 +71,9 @@ std::vector<toml::table> ensemble_scenarios(const Ensemble& e, const toml::table
 std::string ensemble_name(const std::string& scenario) {
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
   const std::size_t n = scenario.size();
-  const bool numbered = n > 4 && scenario[n - 4] == '_' && std::all_of(scenario.end() - 3, scenario.end(), is_digit);
-  return numbered ? scenario.substr(0, n - 4) : scenario;
+  const bool numbered =
+      n > 5 && scenario.compare(n - 5, 2, "-m") == 0 && std::all_of(scenario.end() - 3, scenario.end(), is_digit);
+  return numbered ? scenario.substr(0, n - 5) : scenario;
 }
 
 }  // namespace solenoid

@@ -30,7 +30,7 @@ struct Ensemble {
 /// Throws ConfigError with file, line, key and what is allowed.
 Ensemble read_ensemble(TableReader& table);
 
-/// The scenario's tables, one a member: NAME_001 and so on, each with its payload, mismatch and noise. The same on
+/// The scenario's tables, one a member: NAME-m001 and so on, each with its payload, mismatch and noise. The same on
 /// every machine.
 std::vector<toml::table> ensemble_scenarios(const Ensemble& ensemble, const toml::table& scenario);
 

@@ -41,7 +41,7 @@ TEST(Ensemble, IsALatinHypercubeOfItsIntervals) {
   const Campaign campaign = read(campaign_text);
   ASSERT_EQ(campaign.scenarios.size(), 41u);
   EXPECT_EQ(campaign.scenarios[0].name, "one");
-  EXPECT_EQ(campaign.scenarios[1].name, "many_001");
+  EXPECT_EQ(campaign.scenarios[1].name, "many-m001");
   std::set<int> payload_slices, friction_slices, noise_slices;
   double cross = 0;
   for (std::size_t i = 1; i <= 40; ++i) {
@@ -95,14 +95,15 @@ TEST(Ensemble, RefusesWhatCannotBe) {
               HasSubstr("key 'scenario[0].ensemble.flow': not an interval"));
   EXPECT_THAT(refused("ensemble = { members = 2, flow = [0.0, 0.8] }"), HasSubstr("key 'scenario[0].ensemble.flow'"));
   EXPECT_THAT(refused("ensemble = { members = 2, wind = [0.5, 0.8] }"), HasSubstr("key 'scenario[0].ensemble.wind'"));
-  EXPECT_THAT(refused("payload_kg = 0.1\nensemble = { members = 2 }"), HasSubstr("key 'scenario[0].payload_kg': beside ensemble"));
+  EXPECT_THAT(refused("payload_kg = 0.1\nensemble = { members = 2 }"),
+              HasSubstr("key 'scenario[0].payload_kg': beside ensemble"));
 }
 
 TEST(Ensemble, NamesItsMembers) {
-  EXPECT_EQ(ensemble_name("sine_017"), "sine");
-  EXPECT_EQ(ensemble_name("sine_17"), "sine_17");
+  EXPECT_EQ(ensemble_name("sine-m017"), "sine");
+  EXPECT_EQ(ensemble_name("sine_017"), "sine_017");
   EXPECT_EQ(ensemble_name("sine_0.15"), "sine_0.15");
-  EXPECT_EQ(ensemble_name("_017"), "_017");
+  EXPECT_EQ(ensemble_name("-m017"), "-m017");
 }
 
 /// Runs of two variants on an ensemble: the second's error is the first's times ten, their spread is known.
@@ -111,7 +112,7 @@ std::vector<RunRecord> runs_on_an_ensemble(int members) {
   for (int i = 1; i <= members; ++i)
     for (const double scale : {1.0, 10.0}) {
       RunRecord r{scale > 1 ? "coarse" : "fine",
-                  "sine_" + std::string(i < 10 ? "00" : "0") + std::to_string(i),
+                  "sine-m" + std::string(i < 10 ? "00" : "0") + std::to_string(i),
                   "sine",
                   0.0,
                   1,
