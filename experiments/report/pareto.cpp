@@ -21,6 +21,12 @@ struct Panel {
 constexpr Panel panels[] = {{"switches", "coil switches per second", &RankedVariant::switches_per_s},
                             {"air", "supply air, g a run", &RankedVariant::air_g}};
 
+/// Text as a column of a data file, where a string ends with the next double quote.
+std::string data_quoted(std::string text) {
+  std::ranges::replace(text, '"', '\'');
+  return '"' + text + '"';
+}
+
 /// Lines `effort rmse low high "name"`, and below them, apart, the front as a staircase.
 std::string data_of(std::vector<RankedVariant> variants, const Panel& panel) {
   std::ranges::sort(variants, {}, panel.effort);
@@ -29,7 +35,7 @@ std::string data_of(std::vector<RankedVariant> variants, const Panel& panel) {
   for (const RankedVariant& v : variants) {
     const double effort = v.*panel.effort;
     points += fmt::format("{} {} {} {} {}\n", effort, v.rmse_mm, v.rmse_mm / v.rmse_margin, v.rmse_mm * v.rmse_margin,
-                          gnuplot_quoted(v.variant));
+                          data_quoted(v.variant));
     if (v.rmse_mm >= best) continue;
     best = v.rmse_mm;
     front += fmt::format("{} {}\n", effort, best);
