@@ -4,6 +4,7 @@
 #include "controllers/estimators/forecast.hpp"
 #include "controllers/integral_offset.hpp"
 #include "controllers/motor_laws.hpp"
+#include "controllers/posing.hpp"
 #include "controllers/variant.hpp"
 #include "core/mpc/solver.hpp"
 #include "core/reference/restartable.hpp"
@@ -59,7 +60,7 @@ class MpcController final : public Controller {
     catch_up(sensors);
     Decision d;
     d.reference = parts_.reference.at(sensors.time_s);
-    estimate(sensors, d);
+    take_estimate(sensors, parts_.use_estimate, parts_.estimator, parts_.problem.model, d);
     d.offset_m = offset_.update(d.reference.position - d.estimate[position]);
     take_up_due_plan();
     if (deferred_) collect(d);
@@ -108,21 +109,6 @@ class MpcController final : public Controller {
     tick_ += elapsed - 1;
   }
 
-  /// Under ideal sensing the true state passes the estimator by.
-  void estimate(const Sensors& sensors, Decision& d) noexcept {
-    if (sensors.ideal) {
-      d.estimate = sensors.truth;
-      return;
-    }
-    d.estimate = parts_.estimator.update(sensors);
-    d.detail = parts_.estimator.detail();
-    const UseEstimate& use = parts_.use_estimate;
-    if (!use.payload && !use.disturbance) return;
-    Model& model = parts_.problem.model;
-    model.set_load(use.payload ? d.detail.payload_kg : model.parameters().payload_mass_kg,
-                   use.disturbance ? d.detail.disturbance_n : 0.0);
-  }
-
   double motor_force(const ReferenceSample& desired, const StateOf<Model>& x) const noexcept {
     if constexpr (HasFeedback<Model>)
       if (planned_n_ != 0.0) {  // a joint plan's share on top of the law, saturated together
@@ -143,7 +129,7 @@ class MpcController final : public Controller {
       deferred_->post(tick_, parts_.problem, plan_, parts_.deadline_ms ? 1e-3 * *parts_.deadline_ms : 0.8 * period_s);
       return;
     }
-    d.report = parts_.solver->solve(parts_.problem, plan_, deadline());
+    d.report = parts_.solver->solve(parts_.problem, plan_, deadline_in(parts_.deadline_ms));
     d.solved = true;
     if (usable(d.report.status)) adopt(plan_, begin);
   }
@@ -156,14 +142,7 @@ class MpcController final : public Controller {
         problem.model, problem.modes, d.estimate, problem.lines, lead, tick_s, [&](int j, const StateOf<Model>& x) {
           return ContinuousOf<Model>{motor_force(parts_.reference.at(time_s + j * tick_s), x)};
         }));
-    for (std::size_t j = 0; j < problem.reference.size(); ++j) {
-      const ReferenceSample ahead = parts_.reference.at(time_s + (lead + static_cast<double>(j + 1)) * tick_s);
-      problem.reference[j] = {ahead.position + d.offset_m, ahead.velocity};
-      if constexpr (HasFeedback<Model>) {
-        const ReferenceSample then = parts_.reference.at(time_s + static_cast<double>(j) * tick_s);
-        problem.setpoint[j] = {then.position, then.velocity};
-      }
-    }
+    pose_reference(parts_.reference, time_s, lead, d.offset_m, problem);
   }
 
   void collect(Decision& d) noexcept {
@@ -226,15 +205,8 @@ class MpcController final : public Controller {
   void assume(const Command& command) noexcept {
     assumed_ = command;
     lines_.command(command.coils, timing_);
-    SwitchedOf<Model> opening{};
-    std::ranges::copy(parts_.problem.modes.point(lines_.effective()), opening.begin());
-    parts_.estimator.applied(opening, command.motor_force_n);
+    tell_applied(parts_.problem, lines_.effective(), command.motor_force_n, parts_.estimator);
     lines_.advance(1);
-  }
-
-  Deadline deadline() const {
-    if (!parts_.deadline_ms) return Deadline::never();
-    return Deadline::after(std::chrono::nanoseconds(static_cast<std::int64_t>(*parts_.deadline_ms * 1e6)));
   }
 
   static constexpr std::int64_t most_predicted_ticks = 20;

@@ -47,7 +47,7 @@ class RelaxedController final : public Controller {
   Decision step(const Sensors& sensors) noexcept override {
     Decision d;
     d.reference = parts_.reference.at(sensors.time_s);
-    estimate(sensors, d);
+    take_estimate(sensors, parts_.use_estimate, parts_.estimator, parts_.problem.model, d);
     d.offset_m = offset_.update(d.reference.position - d.estimate[position]);
     const int tick = static_cast<int>(tick_ % ticks_per_period);
     if (tick == 0) plan_period(sensors.time_s, d);
@@ -55,30 +55,13 @@ class RelaxedController final : public Controller {
     d.command.coils = lines_.commanded();
     d.command.motor_force_n = motor_force(d);
     pulses_.applied(tick, lines_.effective());
-    SwitchedOf<Model> opening{};
-    std::ranges::copy(parts_.problem.modes.point(lines_.effective()), opening.begin());
-    parts_.estimator.applied(opening, d.command.motor_force_n);
+    tell_applied(parts_.problem, lines_.effective(), d.command.motor_force_n, parts_.estimator);
     lines_.advance(1);
     ++tick_;
     return d;
   }
 
  private:
-  /// Under ideal sensing the true state passes the estimator by.
-  void estimate(const Sensors& sensors, Decision& d) noexcept {
-    if (sensors.ideal) {
-      d.estimate = sensors.truth;
-      return;
-    }
-    d.estimate = parts_.estimator.update(sensors);
-    d.detail = parts_.estimator.detail();
-    const UseEstimate& use = parts_.use_estimate;
-    if (!use.payload && !use.disturbance) return;
-    Model& model = parts_.problem.model;
-    model.set_load(use.payload ? d.detail.payload_kg : model.parameters().payload_mass_kg,
-                   use.disturbance ? d.detail.disturbance_n : 0.0);
-  }
-
   double motor_force(const Decision& d) const noexcept {
     if (parts_.joint_motor) return plan_.continuous.front()[0];
     return std::visit([&](const auto& law) { return law.force(d.reference, d.estimate); }, parts_.motor);
@@ -88,16 +71,9 @@ class RelaxedController final : public Controller {
     Problem<Model>& problem = parts_.problem;
     problem.lines = lines_;
     problem.initial = problem.model.nearest_valid(d.estimate);
-    for (std::size_t j = 0; j < problem.reference.size(); ++j) {
-      const ReferenceSample ahead = parts_.reference.at(time_s + static_cast<double>(j + 1) * tick_s);
-      problem.reference[j] = {ahead.position + d.offset_m, ahead.velocity};
-      if constexpr (HasFeedback<Model>) {
-        const ReferenceSample then = parts_.reference.at(time_s + static_cast<double>(j) * tick_s);
-        problem.setpoint[j] = {then.position, then.velocity};
-      }
-    }
+    pose_reference(parts_.reference, time_s, 0, d.offset_m, problem);
     if (tick_ > 0) shift_relaxed_plan(parts_.grid, ticks_per_period, plan_);
-    d.report = parts_.solver->solve(problem, plan_, deadline());
+    d.report = parts_.solver->solve(problem, plan_, deadline_in(parts_.deadline_ms));
     d.solved = true;
     pulses_.plan(wanted(), lines_);
   }
@@ -118,11 +94,6 @@ class RelaxedController final : public Controller {
       before = c;
     }
     return all;
-  }
-
-  Deadline deadline() const {
-    if (!parts_.deadline_ms) return Deadline::never();
-    return Deadline::after(std::chrono::nanoseconds(static_cast<std::int64_t>(*parts_.deadline_ms * 1e6)));
   }
 
   Parts parts_;

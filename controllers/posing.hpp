@@ -1,0 +1,62 @@
+#pragma once
+
+#include "controllers/estimators/estimator.hpp"
+#include "controllers/timing.hpp"
+#include "controllers/variant.hpp"
+#include "core/mpc/deadline.hpp"
+#include "core/mpc/problem.hpp"
+#include "core/rt/controller.hpp"
+
+#include <algorithm>
+#include <optional>
+
+namespace solenoid {
+
+/// What every predictive controller does around its solver: from the sensors to a posed problem.
+
+/// The state into `d`, and what the prediction uses of the rest of the estimate into `model`. Under ideal sensing the
+/// true state passes the estimator by.
+template <HybridModel Model>
+void take_estimate(const Sensors& sensors, const UseEstimate& use, Estimator& estimator, Model& model,
+                   Decision& d) noexcept {
+  if (sensors.ideal) {
+    d.estimate = sensors.truth;
+    return;
+  }
+  d.estimate = estimator.update(sensors);
+  d.detail = estimator.detail();
+  if (!use.payload && !use.disturbance) return;
+  model.set_load(use.payload ? d.detail.payload_kg : model.parameters().payload_mass_kg,
+                 use.disturbance ? d.detail.disturbance_n : 0.0);
+}
+
+/// The reference ahead of `time_s`, shifted by the integral's offset, for a problem that begins `lead` ticks later.
+template <HybridModel Model, class Reference>
+void pose_reference(const Reference& reference, double time_s, int lead, double offset_m,
+                    Problem<Model>& problem) noexcept {
+  for (std::size_t j = 0; j < problem.reference.size(); ++j) {
+    const ReferenceSample ahead = reference.at(time_s + (lead + static_cast<double>(j + 1)) * tick_s);
+    problem.reference[j] = {ahead.position + offset_m, ahead.velocity};
+    if constexpr (HasFeedback<Model>) {
+      const ReferenceSample then = reference.at(time_s + static_cast<double>(j) * tick_s);
+      problem.setpoint[j] = {then.position, then.velocity};
+    }
+  }
+}
+
+/// Tells the estimator what acts until the next sample.
+template <HybridModel Model>
+void tell_applied(const Problem<Model>& problem, SwitchPattern in_effect, double motor_force_n,
+                  Estimator& estimator) noexcept {
+  SwitchedOf<Model> opening{};
+  std::ranges::copy(problem.modes.point(in_effect), opening.begin());
+  estimator.applied(opening, motor_force_n);
+}
+
+/// The end of a solve's budget, counted from now; none: never.
+inline Deadline deadline_in(const std::optional<double>& budget_ms) {
+  if (!budget_ms) return Deadline::never();
+  return Deadline::after(std::chrono::nanoseconds(static_cast<std::int64_t>(*budget_ms * 1e6)));
+}
+
+}  // namespace solenoid
