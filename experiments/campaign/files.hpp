@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -22,6 +23,20 @@ void write_file_atomically(const std::string& path, std::string_view text);
 
 /// Creates a folder and its parents. Throws OutputError.
 void create_folder(const std::string& path);
+
+/// A folder of its own for temporary files, removed with everything in it at the end of its life.
+class TemporaryFolder {
+ public:
+  /// Throws OutputError if none can be made.
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
 
 /// Writes to standard output and checks that it arrived. Throws OutputError.
 void write_standard_output(std::string_view text);

@@ -8,7 +8,6 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <stdlib.h>
 
 namespace solenoid {
 namespace {
@@ -48,11 +47,8 @@ std::string json_of(const std::vector<FaultOutcome>& simulated, const std::vecto
 }
 
 std::vector<ProcessOutcome> in_a_folder() {
-  std::string folder = (std::filesystem::temp_directory_path() / "solenoid-faults-XXXXXX").string();
-  if (!::mkdtemp(folder.data())) throw OutputError(folder + ": cannot be made");
-  auto table = process_faults(std::filesystem::read_symlink("/proc/self/exe").string(), folder);
-  std::filesystem::remove_all(folder);
-  return table;
+  const TemporaryFolder folder;
+  return process_faults(std::filesystem::read_symlink("/proc/self/exe").string(), folder.path().string());
 }
 
 int faults(const Options& options) {

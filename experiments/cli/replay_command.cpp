@@ -57,8 +57,7 @@ int replay(const Options& options) {
   if (!run.problem.empty()) std::fprintf(stderr, "solenoid: %s: %s\n", options.log.c_str(), run.problem.c_str());
   const RecordedTask task = recorded_task(run);
   const bool same = options.variant.empty();
-  const ReplayResult result =
-      same ? replay_same(run, task) : replay_other(run, shipped_variant(options.variant), task.scenario);
+  const ReplayResult result = same ? replay_same(run, task) : replay_other(run, task, shipped_variant(options.variant));
   const std::string name = same ? task.variant.name : options.variant;
   if (!options.csv.empty()) write_file_atomically(options.csv, csv_of(result.decided));
   write_standard_output(options.format == "json" ? json_of(result, name) : text_of(result, name, same));

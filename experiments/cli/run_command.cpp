@@ -114,7 +114,8 @@ SessionResult run_one(const Options& options, const Campaign& campaign, const Ca
   session.log_name = run.id;
   session.about = {{"variant", variant.name},          {"scenario", scenario.name},
                    {"plant", options.plant.kind},      {"policy", options.policy},
-                   {"seed", std::to_string(run.seed)}, {"campaign", campaign.resolved_toml}};
+                   {"seed", std::to_string(run.seed)}, {"campaign", campaign.resolved_toml},
+                   {"rig", options.plant.rig.text},    {"lowering_s", fmt::format("{}", session.ladder.lowering_s)}};
   if (options.no_realtime) session.tick_priority = session.solver_priority = 0;
   StatusLine status;
   SessionWatch watch;

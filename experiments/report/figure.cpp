@@ -2,6 +2,7 @@
 
 #include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
+#include "experiments/campaign/files.hpp"
 #include "experiments/report/gnuplot.hpp"
 
 #include <algorithm>

@@ -1,14 +1,13 @@
 #include "experiments/report/gnuplot.hpp"
 
 #include "core/config/reader.hpp"
+#include "experiments/campaign/files.hpp"
 
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <stdexcept>
 #include <system_error>
-#include <vector>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -49,23 +48,6 @@ std::string first_complaint(const std::filesystem::path& folder) {
 }
 
 }  // namespace
-
-TemporaryFolder::TemporaryFolder() {
-  std::error_code error;
-  std::filesystem::path base = std::filesystem::temp_directory_path(error);
-  if (error) base = "/tmp";
-  const std::string pattern = (base / "solenoid-XXXXXX").string();
-  std::vector<char> name(pattern.begin(), pattern.end());
-  name.push_back('\0');
-  if (mkdtemp(name.data()) == nullptr)
-    throw std::runtime_error(fmt::format("no temporary folder in {}: {}", base.string(), std::strerror(errno)));
-  path_ = name.data();
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
 
 void run_gnuplot(const std::filesystem::path& folder, const std::string& script) {
   std::string program = "gnuplot", no_user_settings = "--default-settings", file = script;

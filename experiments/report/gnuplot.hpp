@@ -5,20 +5,6 @@
 
 namespace solenoid {
 
-/// A folder of its own for temporary files, removed with everything in it at the end of its life.
-class TemporaryFolder {
- public:
-  /// Throws std::runtime_error if none can be made.
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
 /// Runs `script`, a file in `folder`, with the folder as working directory and without a shell. Throws ConfigError
 /// naming the package if gnuplot is not installed, std::runtime_error with its first complaint if it fails.
 void run_gnuplot(const std::filesystem::path& folder, const std::string& script);

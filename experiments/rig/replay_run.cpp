@@ -6,13 +6,12 @@
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/files.hpp"
 #include "experiments/rig/make_ladder.hpp"
+#include "experiments/rig/rig_file.hpp"
 
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 namespace solenoid {
 namespace {
@@ -111,31 +110,25 @@ const std::string& said(const RecordedRun& run, const char* key) {
 }  // namespace
 
 RecordedTask recorded_task(const RecordedRun& run) {
-  std::string path = (std::filesystem::temp_directory_path() / "solenoid-replay-XXXXXX.toml").string();
-  const int file = ::mkstemps(path.data(), 5);
-  if (file < 0) throw OutputError(path + ": cannot be written");
-  ::close(file);
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "recorded.toml").string();
   write_file_atomically(path, said(run, "campaign"));
-  try {
-    const Campaign campaign = read_campaign(path, {{said(run, "variant")}, {said(run, "scenario")}});
-    std::filesystem::remove(path);
-    RecordedTask task{campaign.variants.front(), campaign.scenarios.front()};
-    task.variant.latency_ticks = said(run, "policy") == "next_slot" ? ticks_per_period : 0;
-    return task;
-  } catch (...) {
-    std::filesystem::remove(path);
-    throw;
-  }
+  const Campaign campaign = read_campaign(path, {{said(run, "variant")}, {said(run, "scenario")}});
+  RecordedTask task{campaign.variants.front(), campaign.scenarios.front(),
+                    read_rig(TableReader::from_text(said(run, "rig"), "the log's rig file")).ladder};
+  task.ladder.lowering_s = std::stod(said(run, "lowering_s"));
+  task.variant.latency_ticks = said(run, "policy") == "next_slot" ? ticks_per_period : 0;
+  return task;
 }
 
 ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task) {
   ArrivalsWrapper wrapper;
-  const auto ladder = make_ladder(task.variant, task.scenario.trajectory, task.scenario.plane, {}, &wrapper);
+  const auto ladder = make_ladder(task.variant, task.scenario.trajectory, task.scenario.plane, task.ladder, &wrapper);
   return through(run, *ladder, &wrapper.arriving);
 }
 
-ReplayResult replay_other(const RecordedRun& run, const VariantConfig& variant, const ScenarioConfig& scenario) {
-  const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, {}, nullptr);
+ReplayResult replay_other(const RecordedRun& run, const RecordedTask& task, const VariantConfig& variant) {
+  const auto ladder = make_ladder(variant, task.scenario.trajectory, task.scenario.plane, task.ladder, nullptr);
   return through(run, *ladder, nullptr);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "controllers/ladder/fallback_ladder.hpp"
 #include "controllers/variant.hpp"
 #include "core/metrics/metrics.hpp"
 #include "experiments/log/recorded_run.hpp"
@@ -19,10 +20,11 @@ struct ReplayResult {
   std::vector<TickRecord> decided;  ///< the log's ticks with the decisions of the replay
 };
 
-/// The variant and task a log was made with.
+/// The variant, task and limits a log was made with.
 struct RecordedTask {
   VariantConfig variant;
   ScenarioConfig scenario;
+  LadderSettings ladder;
 };
 /// Throws ConfigError if the log does not say.
 RecordedTask recorded_task(const RecordedRun& run);
@@ -31,8 +33,8 @@ RecordedTask recorded_task(const RecordedRun& run);
 /// re-arms come when they came. The same program gives the same commands.
 ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task);
 
-/// Through any variant, each solve done in its tick: what it would have done, and how long it takes. It is told what
-/// was applied then.
-ReplayResult replay_other(const RecordedRun& run, const VariantConfig& variant, const ScenarioConfig& scenario);
+/// Through any variant under the same limits, each solve done in its tick: what it would have done, and how long it
+/// takes. It is told what was applied then.
+ReplayResult replay_other(const RecordedRun& run, const RecordedTask& task, const VariantConfig& variant);
 
 }  // namespace solenoid

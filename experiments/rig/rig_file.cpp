@@ -1,6 +1,7 @@
 #include "experiments/rig/rig_file.hpp"
 
 #include "core/config/reader.hpp"
+#include "experiments/campaign/files.hpp"
 
 #include <set>
 
@@ -62,6 +63,7 @@ void read_limits(TableReader& t, RigFile& rig) {
   l.shifted_slots = t.integer_or("shifted_slots", l.shifted_slots, 0, 20);
   l.dmpc_slots = t.integer_or("dmpc_slots", l.dmpc_slots, 0, 100000);
   l.motor_slots = t.integer_or("motor_slots", l.motor_slots, 0, 2000);
+  l.longest_gap_ticks = t.integer_or("longest_gap_ms", l.longest_gap_ticks, 1, 1000);
   rig.rates.motor_n_per_tick = t.number_or("motor_n_per_tick", rig.rates.motor_n_per_tick, Range::positive());
   rig.rates.coil_period_ticks = t.integer_or("coil_period_ticks", rig.rates.coil_period_ticks, 0, 1000);
   t.finish();
@@ -70,7 +72,12 @@ void read_limits(TableReader& t, RigFile& rig) {
 }  // namespace
 
 RigFile read_rig_file(const std::string& path) {
-  TableReader table = TableReader::from_file(path);
+  RigFile rig = read_rig(TableReader::from_file(path));
+  rig.text = read_whole_file(path).value_or("");
+  return rig;
+}
+
+RigFile read_rig(TableReader table) {
   RigFile rig;
   if (table.has("calibration")) {
     TableReader calibration = table.table("calibration");

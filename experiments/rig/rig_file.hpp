@@ -26,8 +26,10 @@ struct RigFile {
   ComediSettings comedi;
   LadderSettings ladder;
   CommandRates rates;
+  std::string text;  ///< what was read; empty: the defaults
 };
-/// Throws ConfigError with file, line, key and what is allowed.
+/// Throw ConfigError with file, line, key and what is allowed.
 RigFile read_rig_file(const std::string& path);
+RigFile read_rig(TableReader table);
 
 }  // namespace solenoid

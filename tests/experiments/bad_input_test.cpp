@@ -93,7 +93,7 @@ const std::vector<BadInput>& cases() {
   return all;
 }
 
-void expect_refused(const Ended& ended, const std::vector<const char*>& said) {
+void expect_refused(const ProgramRun& ended, const std::vector<const char*>& said) {
   EXPECT_EQ(ended.exit_code, 2) << ended.err;
   EXPECT_EQ(ended.out, "");
   for (const char* text : said) EXPECT_THAT(ended.err, testing::HasSubstr(text));
@@ -105,7 +105,7 @@ class BadCampaign : public testing::TestWithParam<BadInput> {};
 
 TEST_P(BadCampaign, IsOneLineWithFileLineKeyAndWhatIsAllowed) {
   const BadInput& bad = GetParam();
-  TemporaryFolder folder;
+  Folder folder;
   folder.write("bad.csv", "time_s,position_m\n0,0.02\n0.1,abc\n");
   std::string text = bad.rest;
   text += std::string("[variant.mine]\n") + bad.variant + "[[scenario]]\n" + bad.scenario;
@@ -127,7 +127,7 @@ struct BadCommand {
 class BadCommandLine : public testing::TestWithParam<BadCommand> {};
 
 TEST_P(BadCommandLine, IsRefused) {
-  TemporaryFolder folder;
+  Folder folder;
   folder.write("c.toml", small_campaign);
   folder.write("no_scenario.toml", "variants = [\"thesis_pd\"]\n");
   folder.write("a_file", "");

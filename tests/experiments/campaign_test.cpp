@@ -19,7 +19,7 @@ using testing::HasSubstr;
 constexpr const char* sine = "[[scenario]]\nname = \"s\"\ntrajectory = { kind = \"sine\" }\n";
 
 TEST(Campaign, RunsAreTheProductInCanonicalOrder) {
-  TemporaryFolder folder;
+  Folder folder;
   const Campaign campaign = read_campaign(folder.write("c.toml", small_campaign));
   EXPECT_EQ(campaign.name, "c");
   std::vector<std::string> ids;
@@ -35,7 +35,7 @@ TEST(Campaign, RunsAreTheProductInCanonicalOrder) {
 }
 
 TEST(Campaign, OwnVariantsOverrideIncludedAndShippedOnes) {
-  TemporaryFolder folder;
+  Folder folder;
   std::filesystem::create_directory(folder.file("sub"));
   folder.write("sub/base.toml", std::string("variants = [\"a\", \"thesis_pd\"]\nseeds = [7]\n") +
                                     "[variant.a]\nvalves = \"two_way\"\n[variant.b]\nvalves = \"seven_mode\"\n" + sine);
@@ -51,7 +51,7 @@ TEST(Campaign, OwnVariantsOverrideIncludedAndShippedOnes) {
 }
 
 TEST(Campaign, AShippedFileIsIncludedByNameWhereThereIsNoOther) {
-  TemporaryFolder folder;
+  Folder folder;
   const Campaign campaign =
       read_campaign(folder.write("c.toml", "include = [\"default.toml\"]\nvariants = [\"nine_id\"]\nseeds = [2]\n"));
   EXPECT_EQ(campaign.scenarios.size(), 6u);
@@ -60,7 +60,7 @@ TEST(Campaign, AShippedFileIsIncludedByNameWhereThereIsNoOther) {
 }
 
 TEST(Campaign, TwoIncludedFilesMayNotDefineOneVariant) {
-  TemporaryFolder folder;
+  Folder folder;
   folder.write("one.toml", "[variant.a]\n");
   folder.write("two.toml", "[variant.a]\n");
   folder.write("c.toml", std::string("include = [\"one.toml\", \"two.toml\"]\nvariants = [\"a\"]\n") + sine);
@@ -86,7 +86,7 @@ TEST(Campaign, ShippedFilesAreKnownByNameAndRead) {
 }
 
 TEST(Campaign, HashFollowsWhatTheResultDependsOn) {
-  TemporaryFolder folder;
+  Folder folder;
   const auto hash = [&](const std::string& variant, const std::string& points) {
     folder.write("p.csv", points);
     folder.write("c.toml", "variants = [\"a\"]\n[variant.a]\n" + variant +

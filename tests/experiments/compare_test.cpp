@@ -25,17 +25,17 @@ std::string without_timing(const std::string& csv) {
 }
 
 TEST(Compare, RunsCsvIsTheSameToTheLastDigitWhateverTheJobs) {
-  TemporaryFolder folder;
+  Folder folder;
   folder.write("c.toml", small_campaign);
   ASSERT_EQ(run_program(folder, "compare c.toml --out one --jobs 1").exit_code, 0);
   ASSERT_EQ(run_program(folder, "compare c.toml --out four --jobs 4").exit_code, 0);
-  const std::string one = read_text(folder.file("one/runs.csv")), four = read_text(folder.file("four/runs.csv"));
+  const std::string one = text_of(folder.file("one/runs.csv")), four = text_of(folder.file("four/runs.csv"));
   EXPECT_EQ(read_csv(one).size(), 8u);
   EXPECT_EQ(without_timing(one), without_timing(four));
 }
 
 TEST(Compare, SeedsMatterUnderNoise) {
-  TemporaryFolder folder;
+  Folder folder;
   folder.write("c.toml", small_campaign);
   const auto rows = read_csv(run_program(folder, "compare c.toml --out o --format csv").out);
   ASSERT_EQ(rows.size(), 8u);
@@ -45,9 +45,9 @@ TEST(Compare, SeedsMatterUnderNoise) {
 }
 
 TEST(Compare, JsonIsOneObjectWithTheNamesOfTheDesign) {
-  TemporaryFolder folder;
+  Folder folder;
   folder.write("c.toml", small_campaign);
-  const Ended ended = run_program(folder, "compare c.toml --out o --format json");
+  const ProgramRun ended = run_program(folder, "compare c.toml --out o --format json");
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
   const json result = json::parse(ended.out);
   ASSERT_EQ(result.size(), 1u);
@@ -77,15 +77,15 @@ TEST(Compare, JsonIsOneObjectWithTheNamesOfTheDesign) {
     EXPECT_EQ(run.size(), numbers.size() + 5);
     EXPECT_EQ(run.at("status"), "ok");
   }
-  const auto rows = read_csv(read_text(folder.file("o/runs.csv")));
+  const auto rows = read_csv(text_of(folder.file("o/runs.csv")));
   for (std::size_t i = 0; i < rows.size(); ++i)
     EXPECT_EQ(std::stod(rows[i].at("rmse_mm")), result.at("runs")[i].at("rmse_mm").get<double>());
 }
 
 TEST(Compare, TableRanksByGeometricMeanAndReadsWithoutColour) {
-  TemporaryFolder folder;
+  Folder folder;
   folder.write("c.toml", small_campaign);
-  const Ended ended = run_program(folder, "compare c.toml --out o");
+  const ProgramRun ended = run_program(folder, "compare c.toml --out o");
   EXPECT_THAT(ended.out, HasSubstr("rank"));
   EXPECT_THAT(ended.out, HasSubstr("*"));
   EXPECT_THAT(ended.out, HasSubstr("Results: o"));
@@ -95,7 +95,7 @@ TEST(Compare, TableRanksByGeometricMeanAndReadsWithoutColour) {
 }
 
 TEST(Compare, SelectionTakesAnyKnownVariant) {
-  TemporaryFolder folder;
+  Folder folder;
   folder.write("c.toml", small_campaign);
   const auto rows =
       read_csv(run_program(folder, "compare c.toml --out o --variant thesis_id --scenario loaded --format csv").out);
@@ -107,31 +107,31 @@ TEST(Compare, SelectionTakesAnyKnownVariant) {
 }
 
 TEST(Compare, ResumesWhatIsTheSameAndRepeatsWhatChanged) {
-  TemporaryFolder folder;
+  Folder folder;
   folder.write("c.toml", small_campaign);
   ASSERT_EQ(run_program(folder, "compare c.toml --out o").exit_code, 0);
-  const std::string before = read_text(folder.file("o/runs.csv"));
+  const std::string before = text_of(folder.file("o/runs.csv"));
   const auto kept = folder.file("o/runs/step--nine_pd--s3.json"),
              changed = folder.file("o/runs/loaded--nine_pd--s3.json");
-  const std::string kept_text = read_text(kept), changed_text = read_text(changed);
+  const std::string kept_text = text_of(kept), changed_text = text_of(changed);
 
   EXPECT_THAT(run_program(folder, "compare c.toml --out o").err, HasSubstr("8 of 8 runs are there already"));
-  EXPECT_EQ(read_text(folder.file("o/runs.csv")), before) << "timing columns too: nothing ran again";
+  EXPECT_EQ(text_of(folder.file("o/runs.csv")), before) << "timing columns too: nothing ran again";
 
   std::string other = small_campaign;
   other.replace(other.find("0.15"), 4, "0.30");
   folder.write("c.toml", other);
   EXPECT_THAT(run_program(folder, "compare c.toml --out o").err, HasSubstr("4 of 8 runs are there already"));
-  EXPECT_EQ(read_text(kept), kept_text);
-  EXPECT_NE(read_text(changed), changed_text);
+  EXPECT_EQ(text_of(kept), kept_text);
+  EXPECT_NE(text_of(changed), changed_text);
 
   folder.write("o/runs/step--nine_pd--s3.json", "{ half a fi");
   EXPECT_THAT(run_program(folder, "compare c.toml --out o").err, HasSubstr("7 of 8 runs are there already"));
-  EXPECT_EQ(read_csv(read_text(folder.file("o/runs.csv"))).size(), 8u);
+  EXPECT_EQ(read_csv(text_of(folder.file("o/runs.csv"))).size(), 8u);
 }
 
 TEST(Compare, TheResolvedConfigurationIsTheSameCampaign) {
-  TemporaryFolder folder;
+  Folder folder;
   folder.write("points.csv", "time_s,position_m\n0,0.0197\n0.1,0.03\n0.3,0.04\n");
   folder.write("model.toml", "base = \"printed\"\nblock_mass_kg = 1.2\n");
   folder.write("c.toml", R"(
@@ -145,19 +145,19 @@ trajectory = { kind = "csv", path = "points.csv" }
   ASSERT_EQ(run_program(folder, "compare c.toml --out first").exit_code, 0);
   std::filesystem::remove(folder.file("points.csv"));  // the results folder stands alone
   std::filesystem::remove(folder.file("model.toml"));
-  const Ended again = run_program(folder, "compare first/resolved.toml --out second");
+  const ProgramRun again = run_program(folder, "compare first/resolved.toml --out second");
   ASSERT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_EQ(without_timing(read_text(folder.file("first/runs.csv"))),
-            without_timing(read_text(folder.file("second/runs.csv"))));
+  EXPECT_EQ(without_timing(text_of(folder.file("first/runs.csv"))),
+            without_timing(text_of(folder.file("second/runs.csv"))));
   EXPECT_THAT(run_program(folder, "compare first/resolved.toml --out first").err,
               HasSubstr("1 of 1 runs are there already"));
 }
 
 TEST(Compare, ManifestSaysWhatRanWhere) {
-  TemporaryFolder folder;
+  Folder folder;
   folder.write("c.toml", small_campaign);
   ASSERT_EQ(run_program(folder, "compare c.toml --out o").exit_code, 0);
-  const json manifest = json::parse(read_text(folder.file("o/manifest.json")));
+  const json manifest = json::parse(text_of(folder.file("o/manifest.json")));
   EXPECT_EQ(manifest.at("status"), "finished");
   EXPECT_EQ(manifest.at("counts").at("runs"), 8);
   EXPECT_EQ(manifest.at("counts").at("ok"), 8);
@@ -165,11 +165,11 @@ TEST(Compare, ManifestSaysWhatRanWhere) {
   EXPECT_GE(manifest.at("machine").at("cores"), 1);
   for (const char* key : {"started", "ended", "program", "jobs", "variants", "scenarios"})
     EXPECT_TRUE(manifest.contains(key)) << key;
-  EXPECT_THAT(read_text(folder.file("o/log.txt")), HasSubstr("step--nine_pd--s3: ok"));
+  EXPECT_THAT(text_of(folder.file("o/log.txt")), HasSubstr("step--nine_pd--s3: ok"));
 }
 
 /// Starts `compare c.toml --out o --jobs 2` in a process group of its own; returns once a first run is there.
-pid_t start_and_await_first_run(const TemporaryFolder& folder) {
+pid_t start_and_await_first_run(const Folder& folder) {
   const pid_t process = ::fork();
   if (process == 0) {
     ::setpgid(0, 0);
@@ -195,7 +195,7 @@ int exit_code_of(pid_t process) {
 std::vector<pid_t> children_of(pid_t parent) {
   std::vector<pid_t> children;
   for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
-    const std::string stat = read_text(entry.path() / "stat");  // pid (name) state parent ...
+    const std::string stat = text_of(entry.path() / "stat");  // pid (name) state parent ...
     const auto after_name = stat.rfind(") ");
     if (after_name != std::string::npos && std::atoi(stat.c_str() + after_name + 4) == parent)
       children.push_back(std::atoi(stat.c_str()));
@@ -215,48 +215,48 @@ trajectory = { kind = "sine" }
 duration_s = )";
 
 TEST(Compare, AKilledWorkerIsOneFailedRun) {
-  TemporaryFolder folder;
+  Folder folder;
   folder.write("c.toml", short_and_long + "3600.0\n");
   const pid_t process = start_and_await_first_run(folder);
   const std::vector<pid_t> workers = children_of(process);
   ASSERT_EQ(workers.size(), 1u);
   ::kill(workers.front(), SIGKILL);
   EXPECT_EQ(exit_code_of(process), 1);
-  const auto rows = read_csv(read_text(folder.file("o/runs.csv")));
+  const auto rows = read_csv(text_of(folder.file("o/runs.csv")));
   ASSERT_EQ(rows.size(), 2u);
   EXPECT_EQ(rows[0].at("status"), "ok");
   EXPECT_EQ(rows[1].at("status"), "failed: worker ended by signal 9 (Killed)");
   EXPECT_EQ(rows[1].at("rmse_mm"), "");
-  EXPECT_THAT(read_text(folder.file(".err")), HasSubstr("1 runs failed"));
-  EXPECT_EQ(json::parse(read_text(folder.file("o/manifest.json"))).at("counts").at("failed"), 1);
+  EXPECT_THAT(text_of(folder.file(".err")), HasSubstr("1 runs failed"));
+  EXPECT_EQ(json::parse(text_of(folder.file("o/manifest.json"))).at("counts").at("failed"), 1);
 }
 
 TEST(Compare, InterruptKeepsWhatIsFinishedAndResumes) {
-  TemporaryFolder folder;
+  Folder folder;
   folder.write("c.toml", short_and_long + "3600.0\n");
   const pid_t process = start_and_await_first_run(folder);
   ::kill(-process, SIGINT);  // the whole group, as a terminal does
-  ASSERT_EQ(exit_code_of(process), 130) << read_text(folder.file(".err"));
-  EXPECT_EQ(json::parse(read_text(folder.file("o/manifest.json"))).at("status"), "interrupted");
-  const auto rows = read_csv(read_text(folder.file("o/runs.csv")));
+  ASSERT_EQ(exit_code_of(process), 130) << text_of(folder.file(".err"));
+  EXPECT_EQ(json::parse(text_of(folder.file("o/manifest.json"))).at("status"), "interrupted");
+  const auto rows = read_csv(text_of(folder.file("o/runs.csv")));
   ASSERT_EQ(rows.size(), 1u);
   EXPECT_EQ(rows[0].at("scenario"), "short");
-  EXPECT_THAT(read_text(folder.file(".err")), HasSubstr("resumes"));
+  EXPECT_THAT(text_of(folder.file(".err")), HasSubstr("resumes"));
 
   folder.write("c.toml", short_and_long + "0.2\n");
-  const Ended resumed = run_program(folder, "compare c.toml --out o");
+  const ProgramRun resumed = run_program(folder, "compare c.toml --out o");
   EXPECT_EQ(resumed.exit_code, 0);
   EXPECT_THAT(resumed.err, HasSubstr("1 of 2 runs are there already"));
-  EXPECT_EQ(read_csv(read_text(folder.file("o/runs.csv"))).size(), 2u);
+  EXPECT_EQ(read_csv(text_of(folder.file("o/runs.csv"))).size(), 2u);
 }
 
 TEST(Compare, AFullDiskIsOneLineAndNoHalfResult) {
   for (const int blocks : {0, 1, 3}) {  // of 512 bytes: too small for the manifest, ..., for the larger files
-    TemporaryFolder folder;
+    Folder folder;
     folder.write("c.toml", small_campaign);
     // The shell's own redirections are small; the limit holds for every file the program writes.
-    const Ended ended = run_program(folder, "compare c.toml --out o --format csv",
-                                    "trap '' XFSZ; ulimit -f " + std::to_string(blocks) + ";");
+    const ProgramRun ended = run_program(folder, "compare c.toml --out o --format csv",
+                                         "trap '' XFSZ; ulimit -f " + std::to_string(blocks) + ";");
     if (blocks > 0) {
       EXPECT_THAT(ended.err, HasSubstr("cannot be written: File too large"));
       EXPECT_THAT(ended.err, HasSubstr("o/"));
@@ -269,11 +269,11 @@ TEST(Compare, AFullDiskIsOneLineAndNoHalfResult) {
 }
 
 TEST(Compare, AFullStandardOutputIsAnError) {
-  TemporaryFolder folder;
+  Folder folder;
   const std::string command = "cd '" + folder.path() + "' && '" SOLENOID_PROGRAM "' list >/dev/full 2>.err";
   const int status = std::system(command.c_str());
   EXPECT_EQ(WEXITSTATUS(status), 2);
-  EXPECT_THAT(read_text(folder.file(".err")), HasSubstr("standard output: cannot be written"));
+  EXPECT_THAT(text_of(folder.file(".err")), HasSubstr("standard output: cannot be written"));
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ ensemble = { members = 40, seed = 3, payload_kg = [0.0, 0.2], friction = [0.5, 2
 )";
 
 Campaign read(const std::string& text) {
-  const TemporaryFolder folder;
+  const Folder folder;
   folder.write("c.toml", text);
   return read_campaign(folder.file("c.toml"));
 }
@@ -142,9 +142,9 @@ TEST(Ranking, SpreadOfAnEnsemble) {
 }
 
 TEST(Pareto, DrawsEveryRankedVariant) {
-  const TemporaryFolder folder;
+  const Folder folder;
   draw_pareto(runs_on_an_ensemble(9), folder.file("p.svg"));
-  const std::string svg = read_text(folder.file("p.svg"));
+  const std::string svg = text_of(folder.file("p.svg"));
   for (const char* text : {"fine", "coarse", "coil switches per second", "supply air"})
     EXPECT_THAT(svg, HasSubstr(text));
   EXPECT_THROW(draw_pareto(runs_on_an_ensemble(9), folder.file("p.pdf")), ConfigError);

@@ -1,9 +1,10 @@
 #include "experiments/report/figure.hpp"
 
 #include "core/config/reader.hpp"
-#include "experiments/report/gnuplot.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "tests/experiments/program_run.hpp"
+#include "experiments/campaign/files.hpp"
+#include "experiments/report/gnuplot.hpp"
+#include "tests/experiments/program_under_test.hpp"
 
 #include <gmock/gmock.h>
 

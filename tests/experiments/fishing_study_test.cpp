@@ -1,5 +1,5 @@
 #include "experiments/study/fishing.hpp"
-#include "tests/experiments/program_run.hpp"
+#include "tests/experiments/program_under_test.hpp"
 
 #include <filesystem>
 

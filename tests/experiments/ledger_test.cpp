@@ -2,7 +2,7 @@
 
 #include "experiments/profile/shipped_instances.hpp"
 #include "solvers/minlp/bonmin.hpp"
-#include "tests/experiments/program_run.hpp"
+#include "tests/experiments/program_under_test.hpp"
 
 #include <algorithm>
 #include <cmath>

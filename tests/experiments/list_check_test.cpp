@@ -11,8 +11,8 @@ using nlohmann::json;
 using testing::HasSubstr;
 
 TEST(List, VariantsAsJson) {
-  TemporaryFolder folder;
-  const Ended ended = run_program(folder, "list variants --format json");
+  Folder folder;
+  const ProgramRun ended = run_program(folder, "list variants --format json");
   ASSERT_EQ(ended.exit_code, 0);
   EXPECT_EQ(ended.err, "");
   const json all = json::parse(ended.out);
@@ -36,11 +36,11 @@ TEST(List, VariantsAsJson) {
 }
 
 TEST(List, EverySectionAsTableAndJson) {
-  TemporaryFolder folder;
+  Folder folder;
   const json all = json::parse(run_program(folder, "list --format json").out);
   for (const char* section : {"variants", "scenarios", "parameters", "valves", "trajectories"}) {
     EXPECT_FALSE(all.at(section).empty()) << section;
-    const Ended table = run_program(folder, std::string("list ") + section);
+    const ProgramRun table = run_program(folder, std::string("list ") + section);
     EXPECT_EQ(table.exit_code, 0);
     EXPECT_GT(split(table.out, '\n').size(), all.at(section).size()) << "a heading and a line each";
   }
@@ -52,9 +52,9 @@ TEST(Check, ModelAgreesWithTheThesis) {
 }
 
 TEST(Check, ReportsInstallationMachineAndFiles) {
-  TemporaryFolder folder;
+  Folder folder;
   folder.write("c.toml", small_campaign);
-  const Ended ended = run_program(folder, "check c.toml default --format json");
+  const ProgramRun ended = run_program(folder, "check c.toml default --format json");
   EXPECT_EQ(ended.exit_code, 0) << ended.out << ended.err;
   std::vector<std::string> names;
   const json report = json::parse(ended.out);
@@ -64,17 +64,17 @@ TEST(Check, ReportsInstallationMachineAndFiles) {
 }
 
 TEST(Check, MissingPartsAreNamedWithTheirPackage) {
-  TemporaryFolder folder;
-  const Ended ended = run_program(folder, "check", "PATH=/nonexistent");
+  Folder folder;
+  const ProgramRun ended = run_program(folder, "check", "PATH=/nonexistent");
   EXPECT_EQ(ended.exit_code, 0) << "optional parts may be missing";
   EXPECT_THAT(ended.out, HasSubstr("apt-get install gnuplot-nox"));
 }
 
 TEST(Check, LooksAtEveryFileBeforeItRefuses) {
-  TemporaryFolder folder;
+  Folder folder;
   folder.write("a.toml", "x = 1\n");
   folder.write("b.toml", "y = 1\n");
-  const Ended ended = run_program(folder, "check a.toml b.toml");
+  const ProgramRun ended = run_program(folder, "check a.toml b.toml");
   EXPECT_EQ(ended.exit_code, 2);
   EXPECT_EQ(ended.out, "");
   EXPECT_THAT(ended.err, HasSubstr("a.toml:1"));
@@ -82,8 +82,8 @@ TEST(Check, LooksAtEveryFileBeforeItRefuses) {
 }
 
 TEST(Program, WithoutArgumentsPrintsHelp) {
-  TemporaryFolder folder;
-  const Ended ended = run_program(folder, "");
+  Folder folder;
+  const ProgramRun ended = run_program(folder, "");
   EXPECT_EQ(ended.exit_code, 0);
   EXPECT_THAT(ended.out, HasSubstr("compare"));
 }

@@ -36,14 +36,14 @@ kick = { at_s = 0.1, speed_m_s = 0.4 }
 duration_s = 0.3
 )";
 
-Campaign small_campaign(const test::TemporaryFolder& folder) {
+Campaign small_campaign(const test::Folder& folder) {
   folder.write("own.toml", "block_mass_kg = 1.3\n");
   return read_campaign(folder.write("c.toml", campaign_text));
 }
 
 const InstanceSet& small_set() {
   static const InstanceSet set = [] {
-    const test::TemporaryFolder folder;
+    const test::Folder folder;
     return record_instances(small_campaign(folder), 60);
   }();
   return set;
@@ -86,12 +86,12 @@ TEST(ProfileInstances, BytesReadBackToTheSameBytes) {
 }
 
 TEST(ProfileInstances, RecordingIsRepeatableToTheLastBit) {
-  const test::TemporaryFolder folder;
+  const test::Folder folder;
   EXPECT_EQ(instance_bytes(record_instances(small_campaign(folder), 60)), instance_bytes(small_set()));
 }
 
 TEST(ProfileInstances, AnInstanceIsWhatTheClosedLoopPosed) {
-  const test::TemporaryFolder folder;
+  const test::Folder folder;
   const Campaign campaign = small_campaign(folder);
   struct All final : SolverWrapper {
     std::unique_ptr<Solver<PneumaticActuator>> wrap(std::unique_ptr<Solver<PneumaticActuator>> s) override {
@@ -245,7 +245,7 @@ TEST(ProfileInstances, OtherFilesAndVersionsAreNamed) {
 }
 
 TEST(ProfileInstances, AKickIsAJumpOfTheSlidesVelocity) {
-  const test::TemporaryFolder folder;
+  const test::Folder folder;
   const Campaign campaign = small_campaign(folder);
   ScenarioConfig still = campaign.scenarios[1];
   still.kick.reset();

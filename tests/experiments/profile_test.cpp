@@ -11,9 +11,9 @@ namespace solenoid {
 namespace {
 
 using nlohmann::json;
-using test::Ended;
+using test::Folder;
+using test::ProgramRun;
 using test::run_program;
-using test::TemporaryFolder;
 using testing::HasSubstr;
 
 /// A solver that takes a factor longer than the one it wraps, by spinning.
@@ -160,9 +160,9 @@ TEST(Profile, AProfileOfOtherInstancesIsRefused) {
 }
 
 TEST(Profile, JsonCsvAndTheGateOfTheProgram) {
-  const TemporaryFolder folder;
+  const Folder folder;
   const std::string some = "profile --variant thesis_pd,nine_pd --passes 80 ";
-  const Ended saved = run_program(folder, some + "--save then.json --format json");
+  const ProgramRun saved = run_program(folder, some + "--save then.json --format json");
   ASSERT_EQ(saved.exit_code, 0) << saved.err;
   const json out = json::parse(saved.out);
   ASSERT_EQ(out.at("variants").size(), 2u);
@@ -175,10 +175,10 @@ TEST(Profile, JsonCsvAndTheGateOfTheProgram) {
 
   // Factors far beyond what a busy machine does to a run: the gate's statistics have tests without a clock.
   EXPECT_EQ(run_program(folder, some + "--against then.json --threshold 8").exit_code, 0);
-  json then = json::parse(test::read_text(folder.file("then.json")));
+  json then = json::parse(test::text_of(folder.file("then.json")));
   for (json& t : then.at("variants")[1].at("solve_us")) t = t.get<double>() / 30;
   folder.write("fast.json", then.dump());
-  const Ended flagged = run_program(folder, some + "--against fast.json --threshold 8 --format csv");
+  const ProgramRun flagged = run_program(folder, some + "--against fast.json --threshold 8 --format csv");
   EXPECT_EQ(flagged.exit_code, 1);
   EXPECT_THAT(flagged.err, HasSubstr("nine_pd is slower"));
   EXPECT_THAT(flagged.err, testing::Not(HasSubstr("thesis_pd is slower")));
@@ -188,19 +188,19 @@ TEST(Profile, JsonCsvAndTheGateOfTheProgram) {
   EXPECT_EQ(run_program(folder, some + "--against fast.json --threshold 90").exit_code, 0);
   for (const char* text : {"{", "{}", "{\"format\":\"solenoid-profile-1\",\"variants\":[{\"name\":1}]}"}) {
     folder.write("bad.json", text);
-    const Ended bad = run_program(folder, some + "--against bad.json");
+    const ProgramRun bad = run_program(folder, some + "--against bad.json");
     EXPECT_EQ(bad.exit_code, 2) << text;
     EXPECT_THAT(bad.err, HasSubstr("bad.json: no profile"));
   }
 }
 
 TEST(Profile, RecordsACampaignAndReplaysTheFile) {
-  const TemporaryFolder folder;
+  const Folder folder;
   folder.write("c.toml", test::small_campaign);
-  const Ended recorded =
+  const ProgramRun recorded =
       run_program(folder, "profile c.toml --record c.instances --per-variant 40 --passes 1 --format json");
   ASSERT_EQ(recorded.exit_code, 0) << recorded.err;
-  const Ended replayed = run_program(folder, "profile --instances c.instances --passes 1 --format json");
+  const ProgramRun replayed = run_program(folder, "profile --instances c.instances --passes 1 --format json");
   ASSERT_EQ(replayed.exit_code, 0) << replayed.err;
   const json a = json::parse(recorded.out).at("variants"), b = json::parse(replayed.out).at("variants");
   ASSERT_EQ(a.size(), 2u);
@@ -211,7 +211,7 @@ TEST(Profile, RecordsACampaignAndReplaysTheFile) {
 }
 
 TEST(Profile, BadInstanceFilesAreOneLineAndExitTwo) {
-  const TemporaryFolder folder;
+  const Folder folder;
   const std::string whole(shipped_instance_bytes());
   std::string version = whole;
   version[8] = 7;
@@ -220,7 +220,7 @@ TEST(Profile, BadInstanceFilesAreOneLineAndExitTwo) {
                                    {"half", whole.substr(0, 300000)},
                                    {"version", version}}) {
     folder.write(name, text);
-    const Ended ended = run_program(folder, "profile --instances " + name);
+    const ProgramRun ended = run_program(folder, "profile --instances " + name);
     EXPECT_EQ(ended.exit_code, 2) << name;
     EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
     EXPECT_THAT(ended.err, HasSubstr(name + ": "));
@@ -234,18 +234,19 @@ TEST(Profile, BadInstanceFilesAreOneLineAndExitTwo) {
 }
 
 TEST(Profile, TheQualityCurveEndsProvenAndIsDrawn) {
-  const TemporaryFolder folder;
+  const Folder folder;
   folder.write("c.toml", test::small_campaign);
-  const Ended ended = run_program(folder,
-                                  "profile c.toml --variant nine_state --scenario step --per-variant 10 --passes 1 "
-                                  "--budget 0.001,1000 --svg q.svg --format json");
+  const ProgramRun ended =
+      run_program(folder,
+                  "profile c.toml --variant nine_state --scenario step --per-variant 10 --passes 1 "
+                  "--budget 0.001,1000 --svg q.svg --format json");
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
   const json quality = json::parse(ended.out).at("quality");
   ASSERT_EQ(quality.size(), 2u);
   EXPECT_EQ(quality[1].at("proven_optimal_fraction"), 1.0);
   EXPECT_LT(quality[0].at("proven_optimal_fraction"), 0.5);
   EXPECT_GT(quality[0].at("rmse_mm"), 0.0);
-  const std::string svg = test::read_text(folder.file("q.svg"));
+  const std::string svg = test::text_of(folder.file("q.svg"));
   EXPECT_THAT(svg, HasSubstr("</svg>"));
   EXPECT_THAT(svg, HasSubstr("nine_state"));
   EXPECT_THAT(svg, HasSubstr("proven optimal"));

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <sstream>
 #include <string>
@@ -15,20 +17,22 @@
 namespace solenoid::test {
 
 /// A folder of its own for a test, removed afterwards.
-class TemporaryFolder {
+class Folder {
  public:
-  TemporaryFolder() {
+  Folder() {
     std::string pattern = (std::filesystem::temp_directory_path() / "solenoid test XXXXXX").string();
     path_ = ::mkdtemp(pattern.data());
   }
-  ~TemporaryFolder() {
+  ~Folder() {
     std::error_code ignored;
     std::filesystem::remove_all(path_, ignored);
   }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
 
   std::string file(const std::string& name) const { return path_ + "/" + name; }
+  std::filesystem::path operator/(const std::string& name) const { return file(name); }
+  bool empty() const { return std::filesystem::is_empty(path_); }
   std::string write(const std::string& name, const std::string& text) const {
     std::ofstream(file(name)) << text;
     return file(name);
@@ -39,25 +43,45 @@ class TemporaryFolder {
   std::string path_;
 };
 
-inline std::string read_text(const std::string& path) {
-  std::ifstream in(path);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
+inline std::string text_of(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
 }
 
-struct Ended {
-  int exit_code;
+/// What the built program did when it was run with some arguments.
+struct ProgramRun {
+  int exit_code = -1;
   std::string out, err;
 };
 
 /// Runs the program in `folder` through a shell; `before` is a shell command such as `ulimit -f 1;`.
-inline Ended run_program(const TemporaryFolder& folder, const std::string& arguments, const std::string& before = "") {
+inline ProgramRun run_program(const Folder& folder, const std::string& arguments, const std::string& before = "") {
   const std::string command =
       "cd '" + folder.path() + "' && " + before + " '" SOLENOID_PROGRAM "' " + arguments + " >.out 2>.err </dev/null";
   const int status = std::system(command.c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status), read_text(folder.file(".out")),
-          read_text(folder.file(".err"))};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status), text_of(folder.file(".out")),
+          text_of(folder.file(".err"))};
+}
+
+/// Runs the program without a shell; `path` replaces PATH and `output` the captured standard output when not empty.
+inline ProgramRun run_program(std::vector<std::string> arguments, const std::string& path = "",
+                              const std::string& output = "") {
+  const Folder folder;
+  const std::string out = output.empty() ? (folder / "out").string() : output, err = folder / "err";
+  arguments.insert(arguments.begin(), SOLENOID_PROGRAM);
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  const pid_t child = fork();
+  if (child == 0) {
+    if (!path.empty()) setenv("PATH", path.c_str(), 1);
+    if (freopen(out.c_str(), "w", stdout) == nullptr || freopen(err.c_str(), "w", stderr) == nullptr) _exit(126);
+    execv(SOLENOID_PROGRAM, argv.data());
+    _exit(127);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, output.empty() ? text_of(out) : "", text_of(err)};
 }
 
 inline std::vector<std::string> split(const std::string& line, char by) {

@@ -3,7 +3,7 @@
 #include "core/config/reader.hpp"
 #include "experiments/thesis/cases.hpp"
 #include "experiments/thesis/reproduce_output.hpp"
-#include "tests/experiments/program_run.hpp"
+#include "tests/experiments/program_under_test.hpp"
 
 #include <cmath>
 #include <map>

@@ -1,6 +1,6 @@
 #include "experiments/study/scaling.hpp"
 
-#include "tests/experiments/program_run.hpp"
+#include "tests/experiments/program_under_test.hpp"
 
 #include <algorithm>
 #include <cmath>

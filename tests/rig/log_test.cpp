@@ -5,7 +5,7 @@
 #include "experiments/log/recorded_run.hpp"
 #include "experiments/log/run_log.hpp"
 #include "experiments/log/tick_fields.hpp"
-#include "tests/experiments/program_run.hpp"
+#include "tests/experiments/program_under_test.hpp"
 
 #include <cmath>
 #include <cstdlib>

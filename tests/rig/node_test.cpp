@@ -2,7 +2,7 @@
 #include "experiments/rig/emulated_node.hpp"
 #include "experiments/rig/rig_file.hpp"
 #include "experiments/rig/udp_io.hpp"
-#include "tests/experiments/program_run.hpp"
+#include "tests/experiments/program_under_test.hpp"
 
 #include <cmath>
 

@@ -1,6 +1,6 @@
 #include "experiments/log/recorded_run.hpp"
 #include "experiments/rig/fault_table.hpp"
-#include "tests/experiments/program_run.hpp"
+#include "tests/experiments/program_under_test.hpp"
 
 #include <cstdlib>
 #include <optional>
@@ -21,16 +21,21 @@ using testing::HasSubstr;
 
 std::string log_of(const Folder& folder) { return (folder / "out/cycloidal--nine_state--s1.mcap").string(); }
 
-/// A shared machine may stand still for longer than any rig may: such runs end in SAFE, as they must, and say nothing
-/// about what a test asks. They are made again.
+const char* const patient_limits = "[limits]\nlongest_gap_ms = 1000\n";
+
+/// A shared machine may stand still for longer than any rig may. The tests' rig allows it a second, which is longer
+/// than its operator would; runs that ended in SAFE for standing still all the same say nothing about what a test asks
+/// and are made again.
 ProgramRun run_undisturbed(const Folder& folder, std::vector<std::string> arguments) {
+  if (!std::filesystem::exists(folder / "rig.toml")) folder.write("rig.toml", patient_limits);
+  arguments.insert(arguments.end(), {"--rig", folder.file("rig.toml")});
   ProgramRun run;
   for (int attempt = 0; attempt < 8; ++attempt) {
     std::filesystem::remove_all(folder / "out");
     run = run_program(arguments);
     const std::string said = run.out + run.err;
     const auto has = [&](const char* word) { return said.find(word) != std::string::npos; };
-    if (!has("tick gap") && !has("I/O safe") && !has("position stale")) break;
+    if (!has("tick gap") && !has("I/O safe")) break;
   }
   return run;
 }
@@ -173,13 +178,13 @@ TEST(Faults, OfProcessesLeaveTheNodeSafeAndTheLogReadable) {
 
 #ifdef SOLENOID_FAKE_COMEDI
 ProgramRun run_comedi(const Folder& folder, const std::string& fault) {
-  std::ofstream(folder / "rig.toml") << "[comedi]\nvalves = { subdevice = 3, coils = [0, 1, 2, 3], watchdog = 15 }\n";
+  folder.write("rig.toml", std::string(patient_limits) +
+                               "[comedi]\nvalves = { subdevice = 3, coils = [0, 1, 2, 3], watchdog = 15 }\n");
   setenv("LD_LIBRARY_PATH", SOLENOID_FAKE_COMEDI, 1);
   setenv("FAKE_COMEDI", fault.c_str(), 1);
   setenv("FAKE_COMEDI_REPORT", (folder / "report").c_str(), 1);
-  const ProgramRun run =
-      run_undisturbed(folder, {"run", "nine_state", "--plant", "comedi", "--rig", (folder / "rig.toml").string(),
-                               "--duration", "3", "--out", (folder / "out").string(), "--quiet"});
+  const ProgramRun run = run_undisturbed(folder, {"run", "nine_state", "--plant", "comedi", "--duration", "3", "--out",
+                                                  (folder / "out").string(), "--quiet"});
   unsetenv("LD_LIBRARY_PATH");
   return run;
 }
@@ -191,7 +196,7 @@ TEST(Comedi, ClosesTheLoopThroughASubstituteBoard) {
   const RecordedRun log = read_run(log_of(folder));
   double largest_mm = 0.0;
   for (const TickRecord& t : log.ticks) {
-    if (t.decision.safe_causes.has(Fault::stopped)) break;
+    if (t.decision.safe_causes.has(Fault::stopped) || t.skipped > 20) break;  // no loop holds what is not looked at
     largest_mm = std::max(largest_mm, 1e3 * std::abs(t.decision.reference.position - t.sensors.position_m));
     const double level = (t.sensors.position_m - 0.05) / 0.012 / (10.0 / 8191) + 4095.5;
     ASSERT_NEAR(level, std::round(level), 1e-6);  // the card's own steps
@@ -201,7 +206,7 @@ TEST(Comedi, ClosesTheLoopThroughASubstituteBoard) {
   EXPECT_THAT(report, HasSubstr("coils  0 motor_v   0.00"));
   std::smatch m;
   ASSERT_TRUE(std::regex_search(report, m, std::regex("toggles +(\\d+)")));
-  EXPECT_GT(std::stol(m[1]), 2500);  // the external watchdog was fed
+  EXPECT_GE(std::stol(m[1]) + 1, std::ssize(log.ticks));  // every tick fed the external watchdog
 }
 
 TEST(Comedi, AFailingReadEndsInTheSafeState) {
