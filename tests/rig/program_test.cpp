@@ -1,3 +1,4 @@
+#include "controllers/instances/instance_set.hpp"
 #include "experiments/log/recorded_run.hpp"
 #include "experiments/rig/fault_table.hpp"
 #include "tests/experiments/program_under_test.hpp"
@@ -61,6 +62,17 @@ TEST(Run, MovesTheTwinInRealTimeAndItsReplayGivesTheSameCommands) {
   const ProgramRun other = run_program({"replay", log_of(folder), "--variant", "thesis_pd_ekf", "--format", "json"});
   EXPECT_EQ(other.exit_code, 0) << other.err;
   EXPECT_GT(nlohmann::json::parse(other.out).at("coil_differences"), 0);
+  const std::string instances = (folder / "log.instances").string();
+  const ProgramRun profile =
+      run_program({"profile", log_of(folder), "--variant", "nine_state,nine_robust", "--per-variant", "50", "--record",
+                   instances, "--passes", "1", "--format", "json"});
+  EXPECT_EQ(profile.exit_code, 0) << profile.err;
+  const InstanceSet posed = read_instances(instances);
+  ASSERT_EQ(posed.variants.size(), 2u);
+  for (const VariantInstances& v : posed.variants) {
+    EXPECT_GE(v.records.size(), 25u);
+    for (const InstanceRecord& r : v.records) EXPECT_EQ(r.load.has_value(), v.name == "nine_robust");
+  }
   const ProgramRun csv = run_program({"export", log_of(folder)});
   EXPECT_EQ(std::count(csv.out.begin(), csv.out.end(), '\n'), ticks + 1);
 }
