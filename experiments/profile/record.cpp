@@ -106,7 +106,8 @@ class Recorder final : public SolverWrapper {
   std::int64_t every_;
 };
 
-/// What the prediction took from the estimator in each solve of a run.
+/// What the prediction took from the estimator in each solve of a run; every record of a variant that uses it says so,
+/// the nominal load under ideal sensing too, since a problem keeps the load of the instance before.
 using Loads = std::vector<std::optional<InstanceRecord::Load>>;
 
 Loads loads_of(std::span<const TickRecord> ticks, const VariantConfig& variant) {
@@ -115,9 +116,10 @@ Loads loads_of(std::span<const TickRecord> ticks, const VariantConfig& variant) 
   for (const TickRecord& t : ticks) {
     if (!t.decision.solved) continue;
     loads.emplace_back();
-    if (t.sensors.ideal || !(use.payload || use.disturbance)) continue;
-    loads.back() = {use.payload ? t.decision.detail.payload_kg : variant.believed.payload_mass_kg,
-                    use.disturbance ? t.decision.detail.disturbance_n : 0.0};
+    if (!use.payload && !use.disturbance) continue;
+    const bool estimated = !t.sensors.ideal;
+    loads.back() = {estimated && use.payload ? t.decision.detail.payload_kg : variant.believed.payload_mass_kg,
+                    estimated && use.disturbance ? t.decision.detail.disturbance_n : 0.0};
   }
   return loads;
 }
