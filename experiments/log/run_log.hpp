@@ -13,6 +13,8 @@
 #include <string>
 #include <thread>
 
+#include <unistd.h>
+
 namespace solenoid {
 
 /// Where a run's records go.
@@ -25,6 +27,8 @@ struct RunLogSettings {
   double flush_s = 0.25;                     ///< a chunk of the log
   int live_port = 0;                         ///< JSON over UDP to 127.0.0.1, every tenth tick; 0: none
   std::map<std::string, std::string> about;  ///< of the run: what a replay needs
+  /// How bytes reach the file: as ::write, or a disk that fails on purpose.
+  std::function<ssize_t(int file, const char* bytes, std::size_t size)> write = ::write;
 };
 
 /// Takes ticks from the real-time thread and writes them from a thread of its own: MCAP with the topics `tick` and
