@@ -8,6 +8,7 @@
 #include "experiments/campaign/results_folder.hpp"
 
 #include <filesystem>
+#include <numeric>
 #include <optional>
 
 #include <fmt/format.h>
@@ -59,6 +60,25 @@ bool fill(const Campaign& campaign, int jobs, ResultsFolder& folder, Records& re
 }
 
 }  // namespace
+
+std::optional<std::vector<RunRecord>> run_in_processes(const Campaign& campaign, int jobs) {
+  const InterruptGuard guard;
+  std::vector<std::size_t> all(campaign.runs.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  std::vector<RunRecord> records(all.size());
+  PoolEvents events;
+  events.started = [](std::size_t) {};
+  events.ended = [&](std::size_t i, const Outcome& outcome) {
+    records[i] = record_of(campaign, campaign.runs[i], outcome);
+  };
+  events.waiting = [] {};
+  events.interrupted = [] { return InterruptGuard::raised(); };
+  const bool done = work_in_processes(
+      all, jobs > 0 ? jobs : this_machine().cores,
+      [&](std::size_t i) { return simulate_run(campaign, campaign.runs[i]); }, events);
+  if (!done) return std::nullopt;
+  return records;
+}
 
 CampaignResult run_campaign(const Campaign& campaign, const CampaignOptions& options) {
   const int jobs = options.jobs > 0 ? options.jobs : this_machine().cores;
