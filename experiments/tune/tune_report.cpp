@@ -113,9 +113,10 @@ set grid back lt 1 lw 0.7 lc rgb '#dddddd'
 set border 3 lc rgb '#606060'
 set tics nomirror out scale 0.5
 set xlabel 'step'
+set xrange [0:*]
 set ylabel 'objective: ln(RMSE / mm), plus effort beyond the limits'
 set key top right
-set offsets 0.5, 0.5, graph 0.05, graph 0.05
+set offsets 0, 0.5, graph 0.05, graph 0.05
 set yrange [*:{}<*]
 plot 'data' index 0 using 1:2 with points pt 7 ps 0.4 lc rgb '#9ecae1' title 'training', \
      'data' index 1 using 1:2 with steps lw 1.5 lc rgb '#1f77b4' title 'training, best so far', \
