@@ -6,6 +6,7 @@
 #include "experiments/campaign/processes.hpp"
 #include "experiments/campaign/progress.hpp"
 #include "experiments/campaign/results_folder.hpp"
+#include "experiments/log/trace.hpp"
 
 #include <filesystem>
 #include <optional>
@@ -27,15 +28,22 @@ std::string new_folder(const std::string& name) {
   return path;
 }
 
-/// What a worker does; its text is the run's record.
+/// What a worker does; its text is a line with the run's record, then its trace.
 std::string simulate_run(const Campaign& campaign, const CampaignRun& run) {
-  const RunResult result = simulate(campaign.variants[run.variant], campaign.scenarios[run.scenario], run.seed);
-  return to_json(record_of(campaign, run, result.metrics)).dump();
+  const VariantConfig& variant = campaign.variants[run.variant];
+  const ScenarioConfig& scenario = campaign.scenarios[run.scenario];
+  const RunResult result = simulate(variant, scenario, run.seed);
+  return to_json(record_of(campaign, run, result.metrics)).dump() + "\n" +
+         encode_trace(make_trace(variant, scenario, result.ticks));
 }
 
 RunRecord record_of(const Campaign& campaign, const CampaignRun& run, const Outcome& outcome) {
   if (!outcome.done) return failed_record(campaign, run, outcome.text);
-  return record_from_json(nlohmann::ordered_json::parse(outcome.text));
+  return record_from_json(nlohmann::ordered_json::parse(outcome.text.substr(0, outcome.text.find('\n'))));
+}
+
+std::string_view trace_of(const Outcome& outcome) {
+  return outcome.done ? std::string_view(outcome.text).substr(outcome.text.find('\n') + 1) : std::string_view();
 }
 
 /// Does the runs that have no record yet; false if interrupted.
@@ -49,7 +57,7 @@ bool fill(const Campaign& campaign, int jobs, ResultsFolder& folder, Records& re
   events.started = [&](std::size_t i) { progress.started(campaign.runs[i].id); };
   events.ended = [&](std::size_t i, const Outcome& outcome) {
     records[i] = record_of(campaign, campaign.runs[i], outcome);
-    folder.add(campaign.runs[i], *records[i]);
+    folder.add(campaign.runs[i], *records[i], trace_of(outcome));
     progress.ended(campaign.runs[i].id, records[i]->status);
   };
   events.waiting = [&] { progress.tick(); };
