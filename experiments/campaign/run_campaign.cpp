@@ -19,15 +19,6 @@ namespace {
 
 using Records = std::vector<std::optional<RunRecord>>;
 
-/// results/NAME-DATE-TIME, with a number when two campaigns start within a second.
-std::string new_folder(const std::string& name) {
-  const std::string base = fmt::format("results/{}-{}", name, compact_timestamp());
-  std::string path = base;
-  std::error_code ignored;
-  for (int i = 2; std::filesystem::exists(path, ignored); ++i) path = fmt::format("{}-{}", base, i);
-  return path;
-}
-
 /// What a worker does; its text is a line with the run's record, then its trace.
 std::string simulate_run(const Campaign& campaign, const CampaignRun& run) {
   const VariantConfig& variant = campaign.variants[run.variant];
@@ -68,10 +59,19 @@ bool fill(const Campaign& campaign, int jobs, ResultsFolder& folder, Records& re
 
 }  // namespace
 
+std::string new_results_folder(const std::string& name) {
+  const std::string base = fmt::format("results/{}-{}", name, compact_timestamp());
+  std::string path = base;
+  std::error_code ignored;
+  // A number when two campaigns start within a second.
+  for (int i = 2; std::filesystem::exists(path, ignored); ++i) path = fmt::format("{}-{}", base, i);
+  return path;
+}
+
 CampaignResult run_campaign(const Campaign& campaign, const CampaignOptions& options) {
   const int jobs = options.jobs > 0 ? options.jobs : this_machine().cores;
   const InterruptGuard guard;
-  ResultsFolder folder(options.out.empty() ? new_folder(campaign.name) : options.out, campaign, jobs);
+  ResultsFolder folder(options.out.empty() ? new_results_folder(campaign.name) : options.out, campaign, jobs);
   CampaignResult result;
   result.folder = folder.path();
   try {

@@ -27,7 +27,7 @@ void draw_run(const Results& results, const StoredRun& run, const std::string& p
   result.ticks = ticks_of(*trace, valve_modes(variant->valves, variant->believed));
   result.metrics = run.record.metrics.value_or(Metrics{});
   ScenarioConfig shown = *scenario;
-  shown.duration_s = result.ticks.back().sensors.time_s;
+  shown.duration_s = result.ticks.back().sensors.time_s + trace->tick_s;
   draw_figure(*variant, shown, run.record.seed, result, path, format);
 }
 
@@ -64,11 +64,11 @@ std::string solve_time_script(const std::vector<std::pair<std::string, SolveHist
     end = std::max(end, histogram.first + static_cast<int>(histogram.counts.size()));
     most = std::max(most, *std::ranges::max_element(histogram.counts));
   }
-  const double low = std::pow(10.0, std::floor(first / 10.0)), high = std::pow(10.0, std::ceil(end / 10.0));
+  const double low = std::pow(10.0, std::floor(first / 10.0)), high = std::pow(10.0, end / 10.0);
   std::string text = fmt::format(
       "set terminal {} size {},{} font {} background '#ffffff' noenhanced\nset output 'figure'\nset encoding utf8\n"
       "set multiplot layout {},{}\nset logscale xy\nset xrange [{}:{}]\nset yrange [0.7:{}]\n"
-      "set format x '%g'\nset xlabel 'time of a solve [us]'\nset ylabel 'solves'\nset border 3 lc rgb '#606060'\n"
+      "set format x '%g'\nset xlabel 'time of a solve [µs]'\nset ylabel 'solves'\nset border 3 lc rgb '#606060'\n"
       "set tics nomirror out scale 0.5\nunset mxtics\nunset mytics\nunset key\n"
       "set arrow 1 from {},graph 0 to {},graph 1 nohead lw 1.5 lc rgb '#d62728'\n"
       "set label 1 '5 ms' at {},graph 0.95 left offset 0.4,0 tc rgb '#d62728'\n",

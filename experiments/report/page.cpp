@@ -24,7 +24,7 @@ std::string_view uplot(const std::string& name) {
   const std::string_view text = embedded_text("uplot/" + name);
   if (text.empty())
     throw ConfigError(
-        "report: uPlot, which draws its curves, was not there when the program was built (install it with: apt-get "
+        "uPlot, which draws a report's curves, was not there when the program was built (install it with: apt-get "
         "install npm, then npm ci in the project's folder, and build again; ./solenoid report does all three)");
   return text;
 }
@@ -83,6 +83,8 @@ std::string base64(std::string_view bytes) {
   return text;
 }
 
+void require_uplot() { uplot("uPlot.iife.min.js"); }
+
 std::string report_page(const Json& data, const std::vector<EmbeddedTrace>& traces) {
   std::string page;
   Template text(asset("page.html"));
@@ -104,20 +106,21 @@ std::string report_page(const Json& data, const std::vector<EmbeddedTrace>& trac
 }
 
 std::string report_of_folder(const std::string& folder, bool full) {
-  uplot("uPlot.iife.min.js");  // before the work
+  require_uplot();  // before the work
   const Results results = read_results(folder);
-  std::map<std::string, SolveHistogram> solves;
+  std::map<std::string, RunCurves> curves;
   std::vector<EmbeddedTrace> traces;
   for (const StoredRun& run : results.runs) {
     EmbeddedTrace embedded{run.id, {}, {}};
     if (const auto trace = read_trace(results, run); trace && !trace->ticks.empty()) {
-      solves[run.id] = trace->solves;
-      embedded.overview = base64(encode_trace(overview(*trace, overview_spans)));
+      const bool reduced = !full || trace->ticks.size() > most_without_overview;
+      if (reduced) embedded.overview = base64(encode_trace(overview(*trace, overview_spans)));
       if (full) embedded.full = base64(encode_trace(*trace));
+      curves[run.id] = {trace->solves, !full ? "overview" : reduced ? "both" : "full"};
     }
     traces.push_back(std::move(embedded));
   }
-  return report_page(report_json(results, solves, false), traces);
+  return report_page(report_json(results, curves, false), traces);
 }
 
 }  // namespace solenoid

@@ -99,7 +99,7 @@ Json variants_json(const std::vector<VariantConfig>& variants) {
 
 }  // namespace
 
-Json report_json(const Results& results, const std::map<std::string, SolveHistogram>& solves, bool live) {
+Json report_json(const Results& results, const std::map<std::string, RunCurves>& curves, bool live) {
   const BuildInfo build = build_info();
   Json json = {{"format", 1},
                {"campaign", results.manifest.value("campaign", "")},
@@ -115,10 +115,11 @@ Json report_json(const Results& results, const std::map<std::string, SolveHistog
                {"runs", Json::array()}};
   ThesisCells thesis(results);
   for (const StoredRun& run : results.runs) {
-    const auto found = solves.find(run.id);
-    Json entry = {{"id", run.id}, {"trace", found == solves.end() ? "none" : live ? "served" : "embedded"}};
+    const auto found = curves.find(run.id);
+    Json entry = {{"id", run.id}, {"trace", found == curves.end() ? "none" : found->second.kind}};
     entry.update(to_json(run.record));
-    if (found != solves.end()) entry["solves"] = {{"first", found->second.first}, {"counts", found->second.counts}};
+    if (found != curves.end())
+      entry["solves"] = {{"first", found->second.solves.first}, {"counts", found->second.solves.counts}};
     if (const auto& cell = thesis.of(run.record)) entry["thesis"] = thesis_json(*cell);
     json["runs"].push_back(std::move(entry));
   }

@@ -6,6 +6,12 @@
 
 namespace solenoid {
 
+/// What there is of a run over time.
+struct RunCurves {
+  SolveHistogram solves;
+  std::string kind;  ///< full: every tick; overview; both, in the page itself; served: asked for when it is shown
+};
+
 /// What a report's page shows, as one JSON object; curves come apart from it, as traces.
 ///
 ///   format       1
@@ -17,8 +23,9 @@ namespace solenoid {
 ///                over all scenarios first, then over each ensemble and each scenario outside of one
 ///   runs         [{id, trace, everything `compare --format json` prints of the run, and where it is known
 ///                solves: {first, counts}, thesis: {table, measured, rmse_mm, mae_mm, sse_mm, ssa_mm}}]
-///                thesis figures are texts as printed; trace: none | embedded | served
-nlohmann::ordered_json report_json(const Results& results, const std::map<std::string, SolveHistogram>& solves,
-                                   bool live);
+///                thesis figures are texts as printed; trace: RunCurves::kind, or none
+///
+/// `curves`: by the run's ID, of those that have any.
+nlohmann::ordered_json report_json(const Results& results, const std::map<std::string, RunCurves>& curves, bool live);
 
 }  // namespace solenoid

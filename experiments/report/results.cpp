@@ -56,6 +56,13 @@ std::vector<StoredRun> read_runs(const std::string& folder) {
   return runs;
 }
 
+/// A folder may still hold runs of a campaign that it was used for before.
+bool belongs_to(const Results& results, const RunRecord& record) {
+  const auto seeds = results.manifest.find("seeds");
+  const bool known_seed = seeds == results.manifest.end() || std::ranges::find(*seeds, Json(record.seed)) != seeds->end();
+  return known_seed && results.variant(record.variant) && results.scenario(record.scenario);
+}
+
 }  // namespace
 
 const VariantConfig* Results::variant(const std::string& name) const { return find(campaign.variants, name); }
@@ -90,6 +97,7 @@ Results read_results(const std::string& folder) {
   if (!fs::is_regular_file(resolved, ignored)) throw ConfigError(fmt::format("{}: is missing ({})", resolved, allowed));
   results.campaign = read_campaign(resolved);
   results.runs = read_runs(folder + "/runs");
+  std::erase_if(results.runs, [&](const StoredRun& run) { return !belongs_to(results, run.record); });
   sort_runs(results.campaign, results.runs);
   return results;
 }

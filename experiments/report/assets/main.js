@@ -36,6 +36,11 @@ class Page {
 
   update(report) {
     this.report = report;
+    const stored = this.growing && report.runs.find((run) => run.id === this.growing.run);
+    if (stored) {
+      this.growing = null;
+      this.followed = stored.id;  // the next run takes its place, unless another is chosen meanwhile
+    }
     const { manifest } = report;
     const program = manifest.program ?? {};
     byId("title").textContent = report.campaign || "Solenoid report";
@@ -52,12 +57,13 @@ class Page {
     this.runsById = new Map(report.runs.map((run, index) => [run.id, { run, index }]));
     const label = (run) => `${run.scenario} \u00b7 ${run.variant} \u00b7 seed ${run.seed}`;
     const choices = report.runs.map((run) => [run.id, label(run)]);
-    if (this.growing) choices.unshift([LIVE_RUN.id, `now running: ${this.growing.id}`]);
+    if (this.growing) choices.unshift([LIVE_RUN.id, `now running: ${this.growing.run}`]);
     setOptions(byId("run-a"), choices.length ? choices : [["", "no run yet"]]);
     setOptions(byId("run-b"), [["", "none"], ...choices]);
     this.drawGroup();
     this.drawRuns();
     this.drawSetup();
+    for (const slot of ["a", "b"]) if (stored && this.chosen[slot] === LIVE_RUN.id) this.choose(slot, stored.id);
     if (!this.chosen.a && report.runs.length) this.choose("a", this.bestRun());
   }
 
@@ -105,10 +111,10 @@ class Page {
 
   // The run under way, if the program sends one.
   showGrowing(trace, id) {
-    const fresh = this.growing?.id !== id;
-    this.growing = { id, trace };
+    const fresh = this.growing?.run !== id.split("#")[0];
+    this.growing = { id, run: id.split("#")[0], trace };
     if (fresh) this.update(this.report);
-    if (fresh && (!this.chosen.a || this.report.runs.length === 0)) this.choose("a", LIVE_RUN.id);
+    if (fresh && (!this.chosen.a || this.chosen.a === this.followed)) this.choose("a", LIVE_RUN.id);
     for (const slot of ["a", "b"]) if (this.chosen[slot] === LIVE_RUN.id) this.holdGrowing(slot);
   }
   holdGrowing(slot) {

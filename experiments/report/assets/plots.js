@@ -36,17 +36,18 @@ class Curves {
     place.addEventListener("keydown", (event) => this.key(event));
   }
 
-  // Puts a run into slot a or b: its overview at once, every tick as soon as they are decoded.
+  // Puts a run into slot a or b: its overview at once if it has one, every tick as soon as they are decoded.
   async show(slot, run, index) {
     const held = run ? { run, index, overview: null, full: null } : null;
     this.slots[slot] = held;
     if (held) {
-      held.overview = await traceSource.get(run, index, "overview");
-      held.full = held.overview && run.trace !== "embedded" ? held.overview : null;
+      const reduced = run.trace === "both" || run.trace === "overview";
+      held.overview = run.trace === "none" ? null : await traceSource.get(run, index, reduced ? "overview" : "full");
+      held.full = reduced ? null : held.overview;
       if (this.slots[slot] !== held) return;
     }
     this.draw();
-    if (!held || held.full || !held.overview) return;
+    if (held?.run.trace !== "both") return;
     held.full = await traceSource.get(run, index, "full");
     if (this.slots[slot] === held) this.refresh();
   }

@@ -122,13 +122,12 @@ const traceSource = {
   },
   async load(run, index, detail) {
     if (run.trace === "served") {
-      const answer = await fetch(`${detail}/${encodeURIComponent(run.id)}`);
+      const answer = await fetch(`trace/${encodeURIComponent(run.id)}`);
       if (!answer.ok) throw new Error(`the program answered ${answer.status}`);
       return decodeTrace(new Uint8Array(await answer.arrayBuffer()));
     }
-    // Full curves are at the end of the file, which may still be loading.
-    if (!byId(`${detail}-${index}`) && document.readyState === "loading")
-      await new Promise((done) => document.addEventListener("DOMContentLoaded", done, { once: true }));
+    // Curves are at the end of the file, which may still be loading; an element is whole when something follows it.
+    while (!byId(`${detail}-${index}`)?.nextSibling && document.readyState === "loading") await new Promise((done) => setTimeout(done, 30));
     const text = byId(`${detail}-${index}`)?.textContent;
     return text ? decodeTrace(bytesOfBase64(text)) : null;
   },
