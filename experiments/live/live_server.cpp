@@ -93,6 +93,7 @@ void add_handlers(httplib::Server& server, LiveState& state, const std::string& 
     answer(response, state.ticks(request.get_param_value("run"), static_cast<std::size_t>(from)), "application/json");
   });
   server.Get("/trace/(.+)", [&state](const httplib::Request& request, httplib::Response& response) {
+    state.refresh();
     const std::string bytes = state.trace(request.matches[1]);
     if (bytes.empty())
       response.status = 404;
