@@ -10,7 +10,7 @@ import { pathToFileURL } from "node:url";
 const [target, mode] = process.argv.slice(2);
 const profile = mkdtempSync(join(tmpdir(), "solenoid-chromium-"));
 const browser = spawn("chromium", ["--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--remote-debugging-pipe", "--disable-dev-shm-usage",
-  "--disable-background-networking", `--user-data-dir=${profile}`], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
+  "--disable-background-networking", `--user-data-dir=${profile}`, "about:blank"], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
 
 let last = 0, rest = "";
 const waiting = new Map(), troubles = [], requests = [];

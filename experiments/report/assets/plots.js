@@ -89,6 +89,7 @@ class Curves {
     for (const { overview } of this.held())
       for (const name of overview.modes) if (!this.modes.includes(name)) this.modes.push(name);
   }
+  labelOf(panel) { return panel.key === "fourth" ? FOURTH[byId("fourth").value].label : panel.label; }
   signalsOf(panel) { return panel.key === "fourth" ? FOURTH[byId("fourth").value].signals : panel.signals; }
   // Run B's reference is drawn where it is another than A's.
   shown(held, signal) {
@@ -143,8 +144,7 @@ class Curves {
     const time = last
       ? { ...common, label: "time [s]", labelSize: 16, size: TIME_AXIS - 16, gap: 2, values: (u, splits) => splits.map((value) => String(Number(value.toFixed(4))).replace("-", "\u2212")) }
       : { ...common, size: 0, values: () => [], ticks: { show: false } };
-    const label = panel.key === "fourth" ? FOURTH[byId("fourth").value].label : panel.label;
-    const value = { ...common, label, labelSize: 18, size: LEFT - 18, gap: 3, space: 24, values: (u, splits) => splits.map((v) => String(Number(v.toPrecision(6))).replace("-", "\u2212")) };
+    const value = { ...common, label: this.labelOf(panel), labelSize: 18, size: LEFT - 18, gap: 3, space: 24, values: (u, splits) => splits.map((v) => String(Number(v.toPrecision(6))).replace("-", "\u2212")) };
     if (panel.key !== "mode") return [time, value];
     const splits = () => this.modes.map((name, i) => i);
     const small = `${this.modes.length > 4 ? 10 : 11}px system-ui, 'Liberation Sans', sans-serif`;
@@ -218,7 +218,7 @@ class Curves {
       const parts = plot.data.slice(1).map((values) => values.filter((value) => value !== null && value !== undefined))
         .filter((values) => values.length).map((values) => values.reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [Infinity, -Infinity]));
       const spans = parts.map(([low, high]) => `${shortNumber(low)} to ${shortNumber(high)}`).join(" and ");
-      plot.root.parentNode.setAttribute("aria-label", `${PANELS[i].label}, ${fixed(from, 2)} to ${fixed(to, 2)} s: ${spans}`);
+      plot.root.parentNode.setAttribute("aria-label", `${this.labelOf(PANELS[i])}, ${fixed(from, 2)} to ${fixed(to, 2)} s: ${spans}`);
     });
   }
 
