@@ -41,8 +41,7 @@ std::string report(const CampaignResult& result, const Options& options) {
 std::unique_ptr<LiveServer> serve(const Campaign& campaign, Options& options) {
   if (!options.live) return nullptr;
   if (options.run.out.empty()) options.run.out = new_results_folder(campaign.name);
-  auto server =
-      std::make_unique<LiveServer>(campaign, options.run.out, options.live_port, LiveServer::Earlier::shown);
+  auto server = std::make_unique<LiveServer>(campaign, options.run.out, options.live_port, LiveServer::Earlier::shown);
   std::fprintf(stderr, "solenoid: live page at %s\n", server->url().c_str());
   return server;
 }

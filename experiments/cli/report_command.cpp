@@ -39,8 +39,9 @@ void add_report(CLI::App& app, int& exit_code) {
   command->add_option("folder", options->folder, "results folder of `compare` or `run`")->required();
   command->add_option("-o,--out", options->out, "the HTML file; default FOLDER/report.html");
   command->add_flag("--overview-only", options->overview_only, "without every tick of every run: a smaller file");
-  command->add_option("--figure", options->figure,
-                      "what --svg or --png draws: pareto (default), solve_time, or a run's ID as in FOLDER/runs/ID.json");
+  command->add_option(
+      "--figure", options->figure,
+      "what --svg or --png draws: pareto (default), solve_time, or a run's ID as in FOLDER/runs/ID.json");
   CLI::Option* svg = command->add_option("--svg", options->svg, "draw a figure into this SVG file, in place of a page");
   command->add_option("--png", options->png, "the same as PNG")->excludes(svg);
   command->callback([options, command, &exit_code] {

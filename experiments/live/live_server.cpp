@@ -59,7 +59,8 @@ void receive_ticks(int descriptor, LiveState& state) {
   }
 }
 
-/// Only this machine's own pages may ask, by the names of this machine: no other site can read along by a name of its own.
+/// Only this machine's own pages may ask, by the names of this machine: no other site can read along by a name of its
+/// own.
 bool asked_by_its_name(const httplib::Request& request, int port) {
   const std::string host = request.get_header_value("Host");
   return host == fmt::format("{}:{}", address, port) || host == fmt::format("localhost:{}", port);
@@ -146,8 +147,7 @@ int bind_to(httplib::Server& server, int port) {
 LiveServer::LiveServer(const Campaign& campaign, const std::string& folder, int port, Earlier earlier) {
   require_uplot();
   int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0)
-    throw std::runtime_error(fmt::format("--live: no pipe: {}", std::strerror(errno)));
+  if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(fmt::format("--live: no pipe: {}", std::strerror(errno)));
   const int tick_socket = open_tick_socket(tick_port_);
   std::fflush(nullptr);
   const pid_t self = ::getpid();

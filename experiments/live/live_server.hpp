@@ -11,8 +11,8 @@ namespace solenoid {
 inline constexpr int usual_live_port = 8642;
 
 /// Serves the report of a results folder on 127.0.0.1 while the folder fills, from a process of its own: it only reads
-/// files and, of a run in real time, datagrams with ticks, so it can neither delay nor break what it shows. It ends with
-/// this object, and with the program however that ends.
+/// files and, of a run in real time, datagrams with ticks, so it can neither delay nor break what it shows. It ends
+/// with this object, and with the program however that ends.
 ///
 ///   /                      the page
 ///   /report.json?revision=N   what it shows (report_json) with `revision` and `expected` runs; 204 if N is the newest

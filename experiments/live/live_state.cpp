@@ -39,9 +39,7 @@ LiveState::LiveState(const Campaign& campaign, const std::string& folder, bool o
   }
 }
 
-std::string LiveState::file_of(const CampaignRun& run) const {
-  return results_.folder + "/runs/" + run.id + ".json";
-}
+std::string LiveState::file_of(const CampaignRun& run) const { return results_.folder + "/runs/" + run.id + ".json"; }
 
 bool LiveState::read_manifest() {
   const auto text = read_whole_file(results_.folder + "/manifest.json");

@@ -21,8 +21,8 @@ void draw_run(const Results& results, const StoredRun& run, const std::string& p
   const ScenarioConfig* scenario = results.scenario(run.record.scenario);
   const std::optional<Trace> trace = read_trace(results, run);
   if (!trace || trace->ticks.empty() || !variant || !scenario)
-    throw ConfigError(fmt::format("{}: run {} has no curves to draw (allowed: a run with a trace or a log)",
-                                  results.folder, run.id));
+    throw ConfigError(
+        fmt::format("{}: run {} has no curves to draw (allowed: a run with a trace or a log)", results.folder, run.id));
   RunResult result;
   result.ticks = ticks_of(*trace, valve_modes(variant->valves, variant->believed));
   result.metrics = run.record.metrics.value_or(Metrics{});
@@ -89,8 +89,7 @@ void draw_solve_time(const Results& results, const std::string& path, FigureForm
   const TemporaryFolder folder;
   for (std::size_t i = 0; i < variants.size(); ++i)
     write_file_atomically((folder.path() / fmt::format("bins{}", i)).string(), bins_text(variants[i].second));
-  write_file_atomically((folder.path() / "script").string(),
-                        solve_time_script(variants, format == FigureFormat::svg));
+  write_file_atomically((folder.path() / "script").string(), solve_time_script(variants, format == FigureFormat::svg));
   run_gnuplot(folder.path(), "script");
   const auto figure = read_whole_file((folder.path() / "figure").string());
   if (!figure) throw OutputError(path + ": gnuplot drew nothing");

@@ -17,8 +17,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json ranked_json(const RankedVariant& v) {
-  Json json = {{"variant", v.variant}, {"ranked", v.ranked}, {"runs", v.runs}, {"failed", v.failed},
-               {"unstable", v.unstable}};
+  Json json = {
+      {"variant", v.variant}, {"ranked", v.ranked}, {"runs", v.runs}, {"failed", v.failed}, {"unstable", v.unstable}};
   if (!v.ranked) return json;
   json.update({{"rmse_mm", v.rmse_mm},
                {"rmse_margin", v.rmse_margin},
@@ -33,8 +33,8 @@ Json ranked_json(const RankedVariant& v) {
 
 Json ranking_json(const std::string& name, const std::vector<RunRecord>& records) {
   const Ranking ranking = rank_variants(records);
-  Json json = {{"name", name}, {"scenarios", Json::array()}, {"common", ranking.common_scenarios},
-               {"variants", Json::array()}};
+  Json json = {
+      {"name", name}, {"scenarios", Json::array()}, {"common", ranking.common_scenarios}, {"variants", Json::array()}};
   for (const RunRecord& record : records)
     if (std::ranges::find(json["scenarios"], Json(record.scenario)) == json["scenarios"].end())
       json["scenarios"].push_back(record.scenario);

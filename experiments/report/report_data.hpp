@@ -19,8 +19,8 @@ struct RunCurves {
 ///   manifest, resolved_toml                   as the folder has them
 ///   variants     [{name, summary, solver, valves, motor}]
 ///   rankings     [{name, scenarios: [...], common, variants: [{variant, ranked, runs, failed, unstable, and if ranked
-///                rmse_mm, rmse_margin, p95_rmse_mm, worst_rmse_mm, switches_per_s, air_g, solve_p50_us, solve_p99_us}]}]
-///                over all scenarios first, then over each ensemble and each scenario outside of one
+///                rmse_mm, rmse_margin, p95_rmse_mm, worst_rmse_mm, switches_per_s, air_g, solve_p50_us,
+///                solve_p99_us}]}] over all scenarios first, then over each ensemble and each scenario outside of one
 ///   runs         [{id, trace, everything `compare --format json` prints of the run, and where it is known
 ///                solves: {first, counts}, thesis: {table, measured, rmse_mm, mae_mm, sse_mm, ssa_mm}}]
 ///                thesis figures are texts as printed; trace: RunCurves::kind, or none

@@ -59,7 +59,8 @@ std::vector<StoredRun> read_runs(const std::string& folder) {
 /// A folder may still hold runs of a campaign that it was used for before.
 bool belongs_to(const Results& results, const RunRecord& record) {
   const auto seeds = results.manifest.find("seeds");
-  const bool known_seed = seeds == results.manifest.end() || std::ranges::find(*seeds, Json(record.seed)) != seeds->end();
+  const bool known_seed =
+      seeds == results.manifest.end() || std::ranges::find(*seeds, Json(record.seed)) != seeds->end();
   return known_seed && results.variant(record.variant) && results.scenario(record.scenario);
 }
 
@@ -80,8 +81,8 @@ const StoredRun& Results::run(const std::string& id) const {
 
 void sort_runs(const Campaign& campaign, std::vector<StoredRun>& runs) {
   std::ranges::sort(runs, {}, [&](const StoredRun& run) {
-    return std::tuple(index_of(campaign.scenarios, run.record.scenario), index_of(campaign.variants, run.record.variant),
-                      run.record.seed, run.id);
+    return std::tuple(index_of(campaign.scenarios, run.record.scenario),
+                      index_of(campaign.variants, run.record.variant), run.record.seed, run.id);
   });
 }
 

@@ -21,7 +21,7 @@ struct StoredRun {
 struct Results {
   std::string folder;
   nlohmann::ordered_json manifest;
-  Campaign campaign;  ///< of resolved.toml
+  Campaign campaign;            ///< of resolved.toml
   std::vector<StoredRun> runs;  ///< by scenario, variant and seed, as far as they are there
 
   /// Nothing for a name that is not the campaign's.
@@ -34,8 +34,8 @@ struct Results {
 /// Throws ConfigError naming the file and what is wrong with it. A folder in which a campaign is still running is fine.
 Results read_results(const std::string& folder);
 
-/// The run over time, from runs/ID.trace or from the log ID.mcap; none if neither is there. Throws ConfigError for files
-/// that are damaged.
+/// The run over time, from runs/ID.trace or from the log ID.mcap; none if neither is there. Throws ConfigError for
+/// files that are damaged.
 std::optional<Trace> read_trace(const Results& results, const StoredRun& run);
 
 /// Sorts by scenario, variant and seed, in the campaign's order.

@@ -53,7 +53,8 @@ std::optional<ThesisCell> simulated_cell(const std::string& motion, const std::s
   const PrintedTable table = PrintedTable::shipped(cycloidal ? simulated_cycloidal : simulated_sine);
   for (std::size_t row = 0; row < table.rows(); ++row) {
     if (table.text(row, "motor") != motor || table.number(row, "payload_kg").value != payload_kg) continue;
-    ThesisCell cell{cycloidal ? "6-1" : "6-2", false, table.number(row, "rmse_mm"), table.number(row, "mae_mm"), {}, {}};
+    ThesisCell cell{cycloidal ? "6-1" : "6-2",   false, table.number(row, "rmse_mm"),
+                    table.number(row, "mae_mm"), {},    {}};
     if (cycloidal) cell.sse_mm = table.number(row, "sse_mm");
     if (cycloidal) cell.ssa_mm = table.number(row, "ssa_mm");
     return cell;

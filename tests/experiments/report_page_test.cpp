@@ -21,9 +21,9 @@ bool has_program(const char* name) {
   return std::system(fmt::format("command -v {} >/dev/null 2>&1", name).c_str()) == 0;
 }
 
-#define NEEDS_A_BROWSER()                                                                                            \
-  if (embedded_text("uplot/uPlot.iife.min.js").empty())                                                              \
-    GTEST_SKIP() << "needs uPlot at build time: apt-get install npm, npm ci in the project's folder, build again";   \
+#define NEEDS_A_BROWSER()                                                                                          \
+  if (embedded_text("uplot/uPlot.iife.min.js").empty())                                                            \
+    GTEST_SKIP() << "needs uPlot at build time: apt-get install npm, npm ci in the project's folder, build again"; \
   if (!has_program("chromium") || !has_program("node")) GTEST_SKIP() << "needs: apt-get install chromium nodejs"
 
 /// Runs tests/experiments/report_page.mjs; what it prints, with its exit code behind.
@@ -81,12 +81,12 @@ class Background {
 /// An HTTP answer's status line, headers and body.
 std::string fetch(const std::string& url, const std::string& path, const std::string& host = "") {
   const std::string port = url.substr(url.rfind(':') + 1);
-  const std::string request =
-      fmt::format("GET {} HTTP/1.1\\r\\nHost: {}\\r\\nConnection: close\\r\\n\\r\\n", path,
-                  host.empty() ? "127.0.0.1:" + port.substr(0, port.size() - 1) : host);
+  const std::string request = fmt::format("GET {} HTTP/1.1\\r\\nHost: {}\\r\\nConnection: close\\r\\n\\r\\n", path,
+                                          host.empty() ? "127.0.0.1:" + port.substr(0, port.size() - 1) : host);
   const test::Folder folder;
-  const std::string command = fmt::format("bash -c 'exec 3<>/dev/tcp/127.0.0.1/{}; printf \"{}\" >&3; cat <&3' >'{}' 2>/dev/null",
-                                          port.substr(0, port.size() - 1), request, folder.file("answer"));
+  const std::string command =
+      fmt::format("bash -c 'exec 3<>/dev/tcp/127.0.0.1/{}; printf \"{}\" >&3; cat <&3' >'{}' 2>/dev/null",
+                  port.substr(0, port.size() - 1), request, folder.file("answer"));
   [[maybe_unused]] const int status = std::system(command.c_str());
   return test::text_of(folder / "answer");
 }
@@ -120,7 +120,8 @@ TEST(LivePage, FillsWhileACampaignWorksAndEndsWithCtrlC) {
 }
 
 TEST(LivePage, AnswersOnlyItsOwnNameAndItsOwnRuns) {
-  if (embedded_text("uplot/uPlot.iife.min.js").empty()) GTEST_SKIP() << "needs uPlot at build time: npm ci, build again";
+  if (embedded_text("uplot/uPlot.iife.min.js").empty())
+    GTEST_SKIP() << "needs uPlot at build time: npm ci, build again";
   const test::Folder folder;
   folder.write("c.toml", test::small_campaign);
   Background compare(folder, {"compare", "c.toml", "--out", "r", "--live"});
@@ -137,8 +138,7 @@ TEST(LivePage, AnswersOnlyItsOwnNameAndItsOwnRuns) {
   EXPECT_EQ(report.at("live"), true);
   EXPECT_THAT(fetch(url, fmt::format("/report.json?revision={}", report.at("revision").get<int>())), HasSubstr("204"));
   const std::string port = url.substr(url.rfind(':') + 1, url.size() - url.rfind(':') - 2);
-  const test::ProgramRun second =
-      test::run_program(folder, "compare c.toml --out r2 --live --live-port " + port);
+  const test::ProgramRun second = test::run_program(folder, "compare c.toml --out r2 --live --live-port " + port);
   EXPECT_EQ(second.exit_code, 2);
   EXPECT_THAT(second.err, HasSubstr("--live-port: " + port));
   EXPECT_FALSE(std::filesystem::exists(folder / "r2"));
@@ -146,7 +146,8 @@ TEST(LivePage, AnswersOnlyItsOwnNameAndItsOwnRuns) {
 }
 
 TEST(LivePage, ShowsARunInRealTimeAsItsTicksCome) {
-  if (embedded_text("uplot/uPlot.iife.min.js").empty()) GTEST_SKIP() << "needs uPlot at build time: npm ci, build again";
+  if (embedded_text("uplot/uPlot.iife.min.js").empty())
+    GTEST_SKIP() << "needs uPlot at build time: npm ci, build again";
   const test::Folder folder;
   Background run(folder, {"run", "thesis_pd", "--no-realtime", "--quiet", "--duration", "3", "--out", "r", "--live"});
   const std::string url = run.wait_for("live page at (http://127.0.0.1:[0-9]+/)");

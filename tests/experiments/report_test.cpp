@@ -14,8 +14,8 @@ namespace {
 using nlohmann::ordered_json;
 using testing::HasSubstr;
 
-#define NEEDS_UPLOT()                                             \
-  if (embedded_text("uplot/uPlot.iife.min.js").empty())           \
+#define NEEDS_UPLOT()                                   \
+  if (embedded_text("uplot/uPlot.iife.min.js").empty()) \
   GTEST_SKIP() << "needs uPlot at build time: apt-get install npm, npm ci in the project's folder, build again"
 
 std::size_t count(const std::string& text, const std::string& part) {
@@ -122,7 +122,9 @@ TEST(Report, AThousandRunsStaySmall) {
   for (int seed = 3; seed < 253; ++seed) {
     seeds += fmt::format("{}{}", seed > 3 ? ", " : "", seed);
     for (const char* cell : {"step--thesis_cylinder", "step--nine_pd", "loaded--thesis_cylinder", "loaded--nine_pd"}) {
-      const auto file = [&](int s, const char* kind) { return folder.file(fmt::format("r/runs/{}--s{}.{}", cell, s, kind)); };
+      const auto file = [&](int s, const char* kind) {
+        return folder.file(fmt::format("r/runs/{}--s{}.{}", cell, s, kind));
+      };
       if (seed <= 4) continue;
       ordered_json json = ordered_json::parse(test::text_of(file(3, "json")));
       json["run"]["seed"] = seed;

@@ -38,8 +38,12 @@ Trace random_trace(std::size_t samples, unsigned seed) {
   trace.cylinder_force = {-10.0, 4.5e-4, -4.2e-4};
   std::int64_t tick = 0;
   for (std::size_t i = 0; i < samples; ++i) trace.ticks.push_back(tick += 1 + (random() % 20 == 0 ? random() % 7 : 0));
-  for (const auto& [name, resolution] : {std::pair{"reference", 1e-7}, {"position", 1e-7}, {"pressure_a", 10.0},
-                                         {"pressure_b", 10.0}, {"mode", 1.0}, {"motor", 1e-3}}) {
+  for (const auto& [name, resolution] : {std::pair{"reference", 1e-7},
+                                         {"position", 1e-7},
+                                         {"pressure_a", 10.0},
+                                         {"pressure_b", 10.0},
+                                         {"mode", 1.0},
+                                         {"motor", 1e-3}}) {
     Trace::Signal signal{name, "", resolution, {}};
     double value = 0.0;
     for (std::size_t i = 0; i < samples; ++i) signal.values.push_back(value += 30 * resolution * step(random));
@@ -90,8 +94,7 @@ TEST(Trace, CylinderForceIsThePlantsOwn) {
   const PneumaticActuator plant(scenario.mismatch.applied_to(variant.believed));
   const auto c = make_trace(variant, scenario, simulated().ticks).cylinder_force;
   for (const double a : {1.0e5, 2.1e5})
-    for (const double b : {1.0e5, 2.5e5})
-      EXPECT_NEAR(c[0] + c[1] * a + c[2] * b, plant.cylinder_force(a, b), 1e-6);
+    for (const double b : {1.0e5, 2.5e5}) EXPECT_NEAR(c[0] + c[1] * a + c[2] * b, plant.cylinder_force(a, b), 1e-6);
 }
 
 TEST(Trace, WhatIsNoNumberStaysNone) {

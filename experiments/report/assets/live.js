@@ -1,6 +1,6 @@
 // A page that the program serves while it works: it asks for news every second.
 
-const LIVE_RUN = { id: "now", scenario: "", variant: "now running", seed: "", trace: "live", status: "running" };
+const LIVE_RUN = { id: "now", name: "", trace: "live" };
 
 // Curves of a run in real time, growing as its ticks arrive (a hundred a second).
 class GrowingTrace {

@@ -120,6 +120,7 @@ class Page {
   holdGrowing(slot) {
     const before = this.curves.slots[slot];
     const fresh = before?.run !== LIVE_RUN;
+    LIVE_RUN.name = `now running: ${this.growing.run}`;
     this.curves.slots[slot] = { run: LIVE_RUN, index: -1, overview: this.growing.trace, full: this.growing.trace };
     if (fresh) this.curves.draw();
     else this.curves.refresh();

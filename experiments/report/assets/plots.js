@@ -248,7 +248,7 @@ class Curves {
       element("thead", {}, element("tr", {}, element("th", { class: "left", scope: "col" }, "at the cursor"),
         ...READOUT.map(([key, unit]) => element("th", { scope: "col", class: key === "mode" && "mode" }, READOUT_NAMES[key] ?? key, element("span", { class: "unit" }, unit || "\u00a0"))))),
       element("tbody", {}, ...this.held().map(({ slot, run }, i) => element("tr", {},
-        element("th", { class: "left", scope: "row" }, lineDrawing(slot, "none"), ` ${slot.toUpperCase()}: ${run.variant}, ${run.scenario}, seed ${run.seed}`),
+        element("th", { class: "left", scope: "row" }, lineDrawing(slot, "none"), ` ${slot.toUpperCase()}: ${run.name ?? `${run.variant}, ${run.scenario}, seed ${run.seed}`}`),
         ...READOUT.map(([key, , digits]) => element("td", {}, cell(columns[i], key, digits)))))));
     return columns;
   }
