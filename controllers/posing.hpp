@@ -35,11 +35,12 @@ template <HybridModel Model, class Reference>
 void pose_reference(const Reference& reference, double time_s, int lead, double offset_m,
                     Problem<Model>& problem) noexcept {
   for (std::size_t j = 0; j < problem.reference.size(); ++j) {
-    const ReferenceSample ahead = reference.at(time_s + (lead + static_cast<double>(j + 1)) * tick_s);
-    problem.reference[j] = {ahead.position + offset_m, ahead.velocity};
+    const double step = lead + static_cast<double>(j);
+    const ReferenceSample end = reference.at(time_s + (step + 1.0) * tick_s);
+    problem.reference[j] = {end.position + offset_m, end.velocity};
     if constexpr (HasFeedback<Model>) {
-      const ReferenceSample then = reference.at(time_s + static_cast<double>(j) * tick_s);
-      problem.setpoint[j] = {then.position, then.velocity};
+      const ReferenceSample begin = reference.at(time_s + step * tick_s);
+      problem.setpoint[j] = {begin.position, begin.velocity};
     }
   }
 }

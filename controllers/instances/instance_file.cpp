@@ -16,7 +16,7 @@ namespace {
 constexpr std::string_view magic = "SOLINST\n";
 constexpr std::size_t checksum_size = 8;
 
-enum Flag : std::uint8_t { has_offset = 1, has_rows = 2, has_continuous = 4, all_flags = 7 };
+enum Flag : std::uint8_t { has_offset = 1, has_rows = 2, has_continuous = 4, has_load = 8 };
 
 std::uint64_t fnv1a(std::string_view bytes) {
   std::uint64_t hash = 14695981039346656037u;
@@ -121,8 +121,8 @@ void write_record(Writer& out, const InstanceRecord& r, int switches) {
   };
   const bool offset = std::bit_cast<std::uint64_t>(r.offset_m) != 0, own = !r.reference.empty();
   const bool continuous = any(r.warm_continuous) || any(r.plan_continuous);
-  out.byte(
-      static_cast<std::uint8_t>((offset ? has_offset : 0) | (own ? has_rows : 0) | (continuous ? has_continuous : 0)));
+  out.byte(static_cast<std::uint8_t>((offset ? has_offset : 0) | (own ? has_rows : 0) |
+                                     (continuous ? has_continuous : 0) | (r.load ? has_load : 0)));
   out.count(r.situation);
   out.count(r.start);
   if (offset) out.number(r.offset_m);
@@ -138,12 +138,14 @@ void write_record(Writer& out, const InstanceRecord& r, int switches) {
   out.number(r.plan_cost);
   out.byte(static_cast<std::uint8_t>(r.plan_status));
   if (own) out.rows(r.reference), out.rows(r.setpoint);
+  if (r.load) out.number(r.load->payload_kg), out.number(r.load->external_force_n);
 }
 
 /// What a variant's problem looks like, to check records against.
 struct Shape {
   int modes = 0, switches = 0;
   std::size_t blocks = 0, steps = 0, setpoints = 0;
+  int flags = has_offset | has_rows | has_continuous | has_load;  ///< of records
 
   template <HybridModel Model>
   explicit Shape(const Problem<Model>& p)
@@ -184,7 +186,7 @@ void read_lines(Reader& in, const Shape& shape, InstanceRecord& r) {
 InstanceRecord read_record(Reader& in, const Shape& shape, const std::vector<Situation>& situations) {
   InstanceRecord r;
   const std::uint8_t flags = in.byte();
-  in.require((flags & ~all_flags) == 0, "an unknown kind of record (allowed: flags 1, 2 and 4)");
+  in.require((flags & ~shape.flags) == 0, "an unknown kind of record (allowed: flags 1, 2, 4, from version 2 on 8)");
   r.situation = static_cast<std::uint32_t>(in.count(situations.size() - 1));
   r.start = static_cast<std::uint32_t>(in.count(0xffffffffu));
   if (flags & has_offset) r.offset_m = in.number();
@@ -206,10 +208,12 @@ InstanceRecord read_record(Reader& in, const Shape& shape, const std::vector<Sit
     in.require(r.start >= 1 && r.start + shape.steps <= situations[r.situation].rows.size(),
                "a window outside its situation's rows (allowed: start >= 1, start + steps <= rows)");
   }
+  if (flags & has_load) r.load = {in.number(), in.number()};
   return r;
 }
 
-VariantInstances read_variant_instances(Reader& in, const std::string& name, const InstanceSet& set) {
+VariantInstances read_variant_instances(Reader& in, const std::string& name, std::uint32_t version,
+                                        const InstanceSet& set) {
   VariantInstances v;
   v.name = in.text();
   v.toml = in.text();
@@ -217,7 +221,8 @@ VariantInstances read_variant_instances(Reader& in, const std::string& name, con
     in.require(other.name != v.name, "a variant twice (allowed: each once)");
   TableReader table = TableReader::from_text(v.toml, fmt::format("{}: variant {}", name, v.name));
   v.config = read_variant(table, v.name);
-  const Shape shape = shape_of(v.config);
+  Shape shape = shape_of(v.config);
+  if (version < 2) shape.flags &= ~has_load;
   const std::size_t records = in.count_of(44);
   in.require(records == 0 || !set.situations.empty(), "records without situations (allowed: at least one)");
   v.records.reserve(records);
@@ -236,15 +241,15 @@ Situation read_situation(Reader& in) {
 }
 
 /// The part between version and checksum, once both have been looked at.
-std::string_view body_of(std::string_view bytes, const std::string& name) {
+std::string_view body_of(std::string_view bytes, const std::string& name, std::uint32_t& version) {
   const std::size_t head = magic.size() + 4;
   if (!bytes.starts_with(magic))
     throw ConfigError(fmt::format("{}: byte 0: no instance file (allowed: a file that begins with SOLINST)", name));
   Reader in(bytes, name);
   in.take(magic.size());
-  const auto version = static_cast<std::uint32_t>(in.fixed(4));
-  if (version != instance_format_version)
-    in.fail(fmt::format("an instance file of version {} (allowed: {})", version, instance_format_version));
+  version = static_cast<std::uint32_t>(in.fixed(4));
+  if (version < 1 || version > instance_format_version)
+    in.fail(fmt::format("an instance file of version {} (allowed: 1 to {})", version, instance_format_version));
   in.require(bytes.size() >= head + checksum_size, "the file ends too early (allowed: a whole instance file)");
   Reader tail(bytes.substr(bytes.size() - checksum_size), name);
   if (tail.fixed(checksum_size) != fnv1a(bytes.substr(0, bytes.size() - checksum_size)))
@@ -277,11 +282,12 @@ std::string instance_bytes(const InstanceSet& set) {
 }
 
 InstanceSet parse_instances(std::string_view bytes, const std::string& name) {
-  Reader in(body_of(bytes, name), name);
+  std::uint32_t version = 0;
+  Reader in(body_of(bytes, name, version), name);
   InstanceSet set;
   for (std::size_t left = in.count_of(3); left > 0; --left) set.situations.push_back(read_situation(in));
   for (std::size_t left = in.count_of(3); left > 0; --left)
-    set.variants.push_back(read_variant_instances(in, name, set));
+    set.variants.push_back(read_variant_instances(in, name, version, set));
   in.require(in.done(), "more bytes than the set has (allowed: nothing behind the last record)");
   return set;
 }

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,10 @@ struct InstanceRecord {
   std::vector<int> warm_modes;
   std::vector<double> warm_continuous;                     ///< [N], one a block
   std::vector<std::array<double, 2>> reference, setpoint;  ///< own rows; empty: the window
+  struct Load {
+    double payload_kg = 0.0, external_force_n = 0.0;
+  };
+  std::optional<Load> load;  ///< what the prediction took from an estimator; none: the variant's own model
 
   std::vector<int> plan_modes;  ///< the best plan known, one mode a block
   std::vector<double> plan_continuous;
@@ -52,10 +57,10 @@ struct InstanceSet {
   std::vector<VariantInstances> variants;
 };
 
-inline constexpr std::uint32_t instance_format_version = 1;
+inline constexpr std::uint32_t instance_format_version = 2;
 
 /// Reads and checks a set. Throws ConfigError, one line with file, byte, problem and what is allowed, for anything that
-/// is not a whole file of this version or that no problem can be posed from.
+/// is not a whole file of this version or an older one, or that no problem can be posed from.
 InstanceSet read_instances(const std::string& path);
 InstanceSet parse_instances(std::string_view bytes, const std::string& name);
 
@@ -68,6 +73,7 @@ template <HybridModel Model>
 void pose(const InstanceSet& set, const InstanceRecord& record, Problem<Model>& problem, Plan<Model>& plan) {
   static_assert(Model::state_size == 4 && Model::output_size == 2 && Model::continuous_size == 1);
   const auto& rows = set.situations[record.situation].rows;
+  if (record.load) problem.model.set_load(record.load->payload_kg, record.load->external_force_n);
   problem.initial = record.initial;
   problem.lines = record.lines;
   for (std::size_t j = 0; j < problem.reference.size(); ++j) {

@@ -135,7 +135,8 @@ void FallbackLadder::latch(FaultSet causes, double time_s) noexcept {
 /// Takes effect with the next tick: this one's commands were decided in SAFE.
 void FallbackLadder::consider_rearm(const Sensors& sensors) noexcept {
   if (!rearm_.exchange(false, std::memory_order_relaxed) || !safe_) return;
-  if (sound_ticks_ < settings_.rearm_sound_ticks || stop_.load(std::memory_order_relaxed) != 0) {
+  const bool at_rest = std::abs(watched_[velocity]) <= settings_.rearm_speed_m_s;
+  if (sound_ticks_ < settings_.rearm_sound_ticks || !at_rest || stop_.load(std::memory_order_relaxed) != 0) {
     ++counts_.refused_rearms;
     return;
   }

@@ -24,6 +24,7 @@ struct LadderSettings {
   double lowering_s = 0.0;                                   ///< in SAFE: so long the motor brakes the slide; 0: not
   double lowering_damping = 200.0;                           ///< [N s/m], within the motor's limit
   int rearm_sound_ticks = 50;                                ///< sensors sound for so long before a re-arm
+  double rearm_speed_m_s = 0.02;                             ///< no re-arm while the slide is faster
   PlausibilitySettings plausibility;
 };
 
@@ -38,9 +39,9 @@ struct LadderCounts {
 ///     fresh plan -> shifted plan, k slots -> four-candidate DMPC -> motor law, coils off -> SAFE, latched
 ///
 /// Upwards it climbs by itself, in the tick a plan arrives, but never out of SAFE: that takes request_rearm(), which is
-/// refused while sensors are not sound. Re-armed, the task begins anew from the measured position (bumpless).
-/// A Kalman filter of its own watches the sensors whatever the controller's estimator is.
-/// step, applied, restart: no allocation, lock or exception. request_*: from any thread or signal handler.
+/// refused while sensors are not sound or the slide moves. Re-armed, the task begins anew from the measured position
+/// (bumpless). A Kalman filter of its own watches the sensors whatever the controller's estimator is. step, applied,
+/// restart: no allocation, lock or exception. request_*: from any thread or signal handler.
 class FallbackLadder final : public Controller {
  public:
   struct Parts {

@@ -1,12 +1,17 @@
+#include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/files.hpp"
 #include "experiments/check/checks.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/report/text_table.hpp"
+#include "experiments/rig/calibration.hpp"
+#include "experiments/rig/plants.hpp"
+#include "experiments/rig/preflight.hpp"
 
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -37,11 +42,39 @@ std::string text_of(const std::vector<Check>& checks, bool as_json) {
   return table.text(false);
 }
 
+struct Options {
+  std::vector<std::string> files;
+  std::string format = "table", rig_file;
+  PlantChoice plant;
+};
+
+/// The rig as it stands, outputs safe: what `run` looks at before it moves anything.
+std::vector<Check> check_plant(const Options& options) {
+  PlantChoice choice = options.plant;
+  if (!options.rig_file.empty()) choice.rig = read_rig_file(options.rig_file);
+  const Campaign campaign = read_campaign("rig");
+  const VariantConfig& variant = campaign.variants.front();
+  const OpenedPlant opened = open_plant(choice, variant, campaign.scenarios.front(), 1);
+  const Preflight found = preflight(*opened.plant, choice.rig.ladder.plausibility,
+                                    variant.believed.atmospheric_pressure_pa, variant.believed.supply_pressure_pa);
+  const LadderSettings& limits = choice.rig.ladder;
+  const bool inside = found.position_m >= limits.position_low_m && found.position_m <= limits.position_high_m;
+  const bool late = found.read_us.p99 > 1e6 * tick_s;
+  return {{"plant", "I/O latency", late ? "failed" : "ok",
+           fmt::format("read p50 {:.0f} us, p99 {:.0f} us, max {:.0f} us of the tick's 1000; {} of 100 missed",
+                       found.read_us.p50, found.read_us.p99, found.read_us.max, found.missed)},
+          {"plant", "sensors", found.good() ? "ok" : "failed",
+           found.good() ? "plausible for 0.1 s" : to_string(found.faults)},
+          {"plant", "position", inside ? "ok" : "failed",
+           fmt::format("{:.2f} mm, calibrated; limits {:.1f} to {:.1f} mm", 1e3 * found.position_m,
+                       1e3 * limits.position_low_m, 1e3 * limits.position_high_m)}};
+}
+
 /// Files first: one that is refused ends the command, after every other has been looked at.
-int check(const std::vector<std::string>& files, bool as_json) {
+int check(const Options& options) {
   std::vector<Check> checks;
   bool refused = false;
-  for (const std::string& file : files) {
+  for (const std::string& file : options.files) {
     try {
       checks.push_back(check_campaign(file));
     } catch (const ConfigError& error) {
@@ -52,7 +85,8 @@ int check(const std::vector<std::string>& files, bool as_json) {
   if (refused) return bad_input;
   for (auto* look : {check_installation, check_machine, check_model})
     for (Check& c : look()) checks.push_back(std::move(c));
-  write_standard_output(text_of(checks, as_json));
+  if (!options.plant.kind.empty()) std::ranges::move(check_plant(options), std::back_inserter(checks));
+  write_standard_output(text_of(checks, options.format == "json"));
   return std::any_of(checks.begin(), checks.end(), [](const Check& c) { return c.result == "failed"; }) ? failure
                                                                                                         : success;
 }
@@ -60,15 +94,16 @@ int check(const std::vector<std::string>& files, bool as_json) {
 }  // namespace
 
 void add_check(CLI::App& app, int& exit_code) {
-  struct Options {
-    std::vector<std::string> files;
-    std::string format = "table";
-  };
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("check", "campaign files, the installation, the machine and the model");
+  options->plant.kind.clear();
+  CLI::App* command = app.add_subcommand("check", "campaign files, the installation, the machine, the model, a plant");
   command->add_option("campaigns", options->files, "campaign files to validate");
   command->add_option("--format", options->format, "table or json")->check(CLI::IsMember({"table", "json"}));
-  command->callback([options, &exit_code] { exit_code = check(options->files, options->format == "json"); });
+  command->add_option("--plant", options->plant.kind, "look at this plant too, outputs safe: sim, emulator or comedi")
+      ->check(CLI::IsMember({"sim", "emulator", "comedi"}));
+  command->add_option("--node", options->plant.address, "ADDRESS:PORT of the UDP I/O node; default 127.0.0.1:47811");
+  command->add_option("--rig", options->rig_file, "TOML of calibration, wiring and limits (docs/rig.md)");
+  command->callback([options, &exit_code] { exit_code = check(*options); });
 }
 
 }  // namespace solenoid

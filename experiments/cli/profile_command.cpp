@@ -8,6 +8,7 @@
 #include "experiments/profile/record.hpp"
 #include "experiments/profile/shipped_instances.hpp"
 #include "experiments/report/text_table.hpp"
+#include "experiments/rig/replay_run.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -29,8 +30,20 @@ struct Options {
   ProfileOptions profile;
 };
 
+bool is_log(const Options& options) { return options.campaign.ends_with(".mcap"); }
+
+RecordedRun read_log(const Options& options) {
+  RecordedRun run = read_run(options.campaign);
+  if (!run.problem.empty()) std::fprintf(stderr, "solenoid: %s: %s\n", options.campaign.c_str(), run.problem.c_str());
+  return run;
+}
+
 /// The instances to replay, recorded or read, and where they are from.
 InstanceSet instances_of(const Options& options, std::string& source) {
+  if (is_log(options)) {
+    source = fmt::format("instances posed by the measurements of {}", options.campaign);
+    return record_instances(read_log(options), options.selection.variants, options.per_variant);
+  }
   if (!options.campaign.empty() || !options.record.empty()) {
     const std::string name = options.campaign.empty() ? "profile" : options.campaign;
     source = fmt::format("instances recorded from campaign {}", name);
@@ -63,10 +76,12 @@ void show_progress(int pass, std::size_t settled, std::size_t variants) {
   std::fflush(stderr);
 }
 
-/// The closed loops of the quality curve: the campaign's, or those the shipped instances come from.
+/// The closed loops of the quality curve: the campaign's or the log's task, or those the shipped instances come from.
 std::vector<QualityPoint> quality_of(const Options& options) {
   if (options.budgets_ms.empty()) return {};
-  const Campaign campaign = read_campaign(options.campaign.empty() ? "profile" : options.campaign, options.selection);
+  const Campaign campaign =
+      is_log(options) ? recorded_campaign(read_log(options), options.selection.variants)
+                      : read_campaign(options.campaign.empty() ? "profile" : options.campaign, options.selection);
   std::fprintf(stderr, "profile: closed loops at %zu budgets\n", options.budgets_ms.size());
   const auto points = quality_against_time(campaign, options.budgets_ms, options.profile.core, InterruptGuard::raised);
   if (!options.svg.empty()) draw_quality(points, options.svg, FigureFormat::svg);
@@ -127,7 +142,8 @@ void add_profile(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("profile", "solver time on recorded problems, and where it goes");
   CLI::Option* campaign =
-      command->add_option("campaign", options->campaign, "record the problems of this campaign; default: shipped ones");
+      command->add_option("campaign", options->campaign,
+                          "record the problems of this campaign, or of a run's log.mcap; default: shipped ones");
   CLI::Option* record = command->add_option("--record", options->record, "keep the recorded problems in this file");
   command->add_option("--instances", options->instances, "replay this file of problems")
       ->excludes(campaign)

@@ -32,7 +32,7 @@ void show_progress(std::size_t done, std::size_t all) {
 void run_reproduce(const ReproduceOptions& options) {
   std::vector<ReproducedCase> cases;
   for (const ReproducibleTable& table : select_tables(options.tables))
-    for (ReproducedCase& c : table.cases()) cases.push_back(std::move(c));
+    for (ReproducedCase& c : table.cases(table.name)) cases.push_back(std::move(c));
   const std::vector<Cell> cells = reproduce(cases, options.jobs, show_progress);
   const auto to_text = options.format == "json"  ? reproduction_json
                        : options.format == "csv" ? reproduction_csv

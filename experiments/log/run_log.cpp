@@ -58,7 +58,7 @@ void RunLog::record(const TickRecord& tick) noexcept {
 
 void RunLog::write_file(std::string_view bytes) {
   while (!bytes.empty()) {
-    const ssize_t written = ::write(file_, bytes.data(), bytes.size());
+    const ssize_t written = settings_.write(file_, bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) throw OutputError(fmt::format("{}: cannot be written: {}", path_, std::strerror(errno)));
     bytes.remove_prefix(static_cast<std::size_t>(written));

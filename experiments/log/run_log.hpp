@@ -14,6 +14,8 @@
 #include <thread>
 #include <vector>
 
+#include <unistd.h>
+
 namespace solenoid {
 
 /// Where a run's records go.
@@ -26,6 +28,8 @@ struct RunLogSettings {
   double flush_s = 0.25;                     ///< a chunk of the log
   std::vector<int> udp_ports;                ///< of 127.0.0.1, which get every tenth tick as JSON
   std::map<std::string, std::string> about;  ///< of the run: what a replay needs
+  /// How bytes reach the file: as ::write, or a disk that fails on purpose.
+  std::function<ssize_t(int file, const char* bytes, std::size_t size)> write = ::write;
 };
 
 /// Takes ticks from the real-time thread and writes them from a thread of its own: MCAP with the topics `tick` and

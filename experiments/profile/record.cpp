@@ -2,9 +2,12 @@
 
 #include "controllers/instances/recording_solver.hpp"
 #include "controllers/timing.hpp"
+#include "experiments/rig/replay_run.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <span>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -103,18 +106,38 @@ class Recorder final : public SolverWrapper {
   std::int64_t every_;
 };
 
+/// What the prediction took from the estimator in each solve of a run; every record of a variant that uses it says so,
+/// the nominal load under ideal sensing too, since a problem keeps the load of the instance before.
+using Loads = std::vector<std::optional<InstanceRecord::Load>>;
+
+Loads loads_of(std::span<const TickRecord> ticks, const VariantConfig& variant) {
+  const UseEstimate& use = variant.use_estimate;
+  Loads loads;
+  for (const TickRecord& t : ticks) {
+    if (!t.decision.solved) continue;
+    loads.emplace_back();
+    if (!use.payload && !use.disturbance) continue;
+    const bool estimated = !t.sensors.ideal;
+    loads.back() = {estimated && use.payload ? t.decision.detail.payload_kg : variant.believed.payload_mass_kg,
+                    estimated && use.disturbance ? t.decision.detail.disturbance_n : 0.0};
+  }
+  return loads;
+}
+
 /// Turns what a run posed into records and solves each once for its plan; instances without a plan are left out.
 template <HybridModel Model>
-void keep(const std::vector<PosedInstance<Model>>& posed, std::uint32_t situation, const InstanceSet& set,
-          VariantInstances& variant) {
+void keep(const std::vector<PosedInstance<Model>>& posed, const Loads& loads, std::uint32_t situation,
+          const InstanceSet& set, VariantInstances& variant) {
   Problem<Model> problem = make_problem<Model>(variant.config, set.situations[situation].plane);
   const auto solver = make_solver<Model>(variant.config);
   solver->prepare(problem);
   Plan<Model> plan(problem);
   for (const PosedInstance<Model>& p : posed) {
+    if ((p.solve == 0 && &p != &posed.front()) || p.solve >= std::ssize(loads)) break;  // the run posed no more
     InstanceRecord r;
     r.situation = situation;
     r.initial = p.initial;
+    r.load = loads[static_cast<std::size_t>(p.solve)];
     r.lines = p.lines;
     r.warm_modes = p.warm_start.modes;
     r.warm_continuous = forces(p.warm_start.continuous);
@@ -130,29 +153,59 @@ void keep(const std::vector<PosedInstance<Model>>& posed, std::uint32_t situatio
   }
 }
 
-}  // namespace
-
-InstanceSet record_instances(const Campaign& campaign, std::size_t per_variant) {
+/// An empty set with the situations of a campaign.
+InstanceSet with_situations(const Campaign& campaign) {
   InstanceSet set;
   int steps = 0;
   for (const VariantConfig& v : campaign.variants) steps = std::max(steps, v.steps);
   for (const ScenarioConfig& s : campaign.scenarios) set.situations.push_back(situation_of(s, steps));
+  return set;
+}
+
+/// A variant without instances yet. A plan that a clock cut short is nobody's yardstick: it has no deadline.
+VariantInstances& add_variant(const Campaign& campaign, VariantConfig v, InstanceSet& set) {
+  v.deadline_ms.reset();
+  return set.variants.emplace_back(VariantInstances{v.name, variant_toml(campaign, v.name), v, {}});
+}
+
+/// `run(wrapper)` is one closed loop of `duration_s` and returns its ticks: keeps about `count` of its problems.
+template <class Run>
+void keep_run(double duration_s, std::size_t count, std::uint32_t situation, const InstanceSet& set,
+              VariantInstances& variant, Run run) {
+  const auto periods = static_cast<std::size_t>(std::ceil(duration_s / period_s - 1e-9));
+  const std::size_t every = std::max<std::size_t>(1, periods / count);
+  Recorder recorder(std::min(count, (periods + every - 1) / every), static_cast<std::int64_t>(every));
+  const std::vector<TickRecord> ticks = run(recorder);
+  const Loads loads = loads_of(ticks, variant.config);
+  keep(recorder.pneumatic, loads, situation, set, variant);
+  keep(recorder.prestabilised, loads, situation, set, variant);
+}
+
+}  // namespace
+
+InstanceSet record_instances(const Campaign& campaign, std::size_t per_variant) {
+  InstanceSet set = with_situations(campaign);
   const std::size_t runs = campaign.scenarios.size() * campaign.seeds.size();
   const std::size_t per_run = std::max<std::size_t>(1, per_variant / runs);
-  for (VariantConfig v : campaign.variants) {
-    v.deadline_ms.reset();  // a plan that a clock cut short is nobody's yardstick
-    VariantInstances& variant =
-        set.variants.emplace_back(VariantInstances{v.name, variant_toml(campaign, v.name), v, {}});
+  for (const VariantConfig& v : campaign.variants) {
+    VariantInstances& variant = add_variant(campaign, v, set);
     for (std::size_t s = 0; s < campaign.scenarios.size(); ++s)
-      for (const std::uint64_t seed : campaign.seeds) {
-        const auto periods = static_cast<std::size_t>(std::ceil(campaign.scenarios[s].duration_s / period_s - 1e-9));
-        const std::size_t every = std::max<std::size_t>(1, periods / per_run);
-        Recorder recorder(std::min(per_run, (periods + every - 1) / every), static_cast<std::int64_t>(every));
-        simulate(v, campaign.scenarios[s], seed, &recorder);
-        const auto situation = static_cast<std::uint32_t>(s);
-        keep(recorder.pneumatic, situation, set, variant);
-        keep(recorder.prestabilised, situation, set, variant);
-      }
+      for (const std::uint64_t seed : campaign.seeds)
+        keep_run(campaign.scenarios[s].duration_s, per_run, static_cast<std::uint32_t>(s), set, variant,
+                 [&](Recorder& r) { return simulate(variant.config, campaign.scenarios[s], seed, &r).ticks; });
+  }
+  return set;
+}
+
+InstanceSet record_instances(const RecordedRun& run, const std::vector<std::string>& variants,
+                             std::size_t per_variant) {
+  const Campaign campaign = recorded_campaign(run, variants);
+  const RecordedTask task = recorded_task(run);
+  InstanceSet set = with_situations(campaign);
+  for (const VariantConfig& v : campaign.variants) {
+    VariantInstances& variant = add_variant(campaign, v, set);
+    keep_run(static_cast<double>(run.ticks.size()) * tick_s, per_variant, 0, set, variant,
+             [&](Recorder& r) { return replay_other(run, task, variant.config, &r).decided; });
   }
   return set;
 }

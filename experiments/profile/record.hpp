@@ -2,6 +2,7 @@
 
 #include "controllers/instances/instance_set.hpp"
 #include "experiments/campaign/campaign.hpp"
+#include "experiments/log/recorded_run.hpp"
 
 namespace solenoid {
 
@@ -12,5 +13,10 @@ namespace solenoid {
 /// References are kept as windows of the scenario's motion at whole milliseconds, which differ from what the loop posed
 /// by rounding; the plans recorded are those of the instances as kept.
 InstanceSet record_instances(const Campaign& campaign, std::size_t per_variant);
+
+/// The problems that these variants (shipped ones; none: the log's own) pose when the measurements of a run are put
+/// through them: what replay_other does. Throws ConfigError for a log that does not say how it was made, or a variant
+/// that is not known.
+InstanceSet record_instances(const RecordedRun& run, const std::vector<std::string>& variants, std::size_t per_variant);
 
 }  // namespace solenoid

@@ -40,6 +40,9 @@ constexpr std::array kinds = {
     Kind{"solver", "hang", ""},
     Kind{"solver", "nan", ""},
     Kind{"solver", "throw", ""},
+    Kind{"disk", "slow", "MS"},
+    Kind{"disk", "full", ""},
+    Kind{"disk", "read_only", ""},
 };
 
 [[noreturn]] void refuse(const std::string& text, const std::string& problem) {

@@ -7,7 +7,7 @@ namespace solenoid {
 
 /// A fault that is provoked on purpose, from a moment on and for a while.
 struct InjectedFault {
-  std::string target;  ///< position, pressure_a, pressure_b, valves, supply, packets, process, solver
+  std::string target;  ///< position, pressure_a, pressure_b, valves, supply, packets, process, solver, disk
   std::string kind;
   double value = 0.0;
   double from_s = 0.0, until_s = 0.0;  ///< on the plant's time
@@ -25,6 +25,7 @@ struct InjectedFault {
 ///     packets                            lost=SHARE | late=MS | repeated=SHARE | corrupt=SHARE
 ///     process                            killed | stopped=S | crashed
 ///     solver                             late=MS | hang | nan | throw
+///     disk                               slow=MS, each write of the log | full | read_only
 InjectedFault parse_fault(const std::string& text);
 std::vector<InjectedFault> parse_faults(const std::vector<std::string>& texts);
 

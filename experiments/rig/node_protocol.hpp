@@ -37,8 +37,9 @@ struct NodePacket {
 /// Whether `next` comes after `last`, counting modulo 2^32.
 constexpr bool newer(std::uint32_t next, std::uint32_t last) { return static_cast<std::int32_t>(next - last) > 0; }
 
-/// No valid newer command for so long: the node goes to its safe state.
-inline constexpr double node_timeout_s = 0.020;
+/// No valid newer command for so long: the node goes to its safe state, within 20 ms of the last one even if it looks
+/// only each half millisecond.
+inline constexpr double node_timeout_s = 0.0195;
 inline constexpr int node_port = 47811;
 
 }  // namespace solenoid

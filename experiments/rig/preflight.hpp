@@ -17,6 +17,7 @@ struct Preflight {
   bool good() const { return faults.empty(); }
   std::string text() const;
 };
+/// Commands nothing but safe outputs.
 Preflight preflight(Plant& plant, const PlausibilitySettings& settings, double atmosphere_pa, double supply_pa);
 
 }  // namespace solenoid

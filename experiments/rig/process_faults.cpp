@@ -112,6 +112,8 @@ std::vector<Case> cases() {
           {"10 % of packets repeated", {}, {"--fault", "packets:repeated=0.1@1"}},
           {"5 % of packets corrupt", {}, {"--fault", "packets:corrupt=0.05@1"}},
           {"disk full", {}, {}, [](Child&) {}, limited},
+          {"disk read-only", {"--fault", "disk:read_only@2"}, {}},
+          {"disk 300 ms slow", {"--fault", "disk:slow=300@1"}, {}},
           {"solver hangs", {"--fault", "solver:hang@1"}, {}},
           {"CPU hog", {}, {}, hog}};
 }

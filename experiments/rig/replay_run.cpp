@@ -109,11 +109,16 @@ const std::string& said(const RecordedRun& run, const char* key) {
 
 }  // namespace
 
-RecordedTask recorded_task(const RecordedRun& run) {
+Campaign recorded_campaign(const RecordedRun& run, std::vector<std::string> variants) {
+  if (variants.empty()) variants = {said(run, "variant")};
   const TemporaryFolder folder;
   const std::string path = (folder.path() / "recorded.toml").string();
   write_file_atomically(path, said(run, "campaign"));
-  const Campaign campaign = read_campaign(path, {{said(run, "variant")}, {said(run, "scenario")}});
+  return read_campaign(path, {variants, {said(run, "scenario")}});
+}
+
+RecordedTask recorded_task(const RecordedRun& run) {
+  const Campaign campaign = recorded_campaign(run);
   RecordedTask task{campaign.variants.front(), campaign.scenarios.front(),
                     read_rig(TableReader::from_text(said(run, "rig"), "the log's rig file")).ladder};
   task.ladder.lowering_s = std::stod(said(run, "lowering_s"));
@@ -127,8 +132,9 @@ ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task) {
   return through(run, *ladder, &wrapper.arriving);
 }
 
-ReplayResult replay_other(const RecordedRun& run, const RecordedTask& task, const VariantConfig& variant) {
-  const auto ladder = make_ladder(variant, task.scenario.trajectory, task.scenario.plane, task.ladder, nullptr);
+ReplayResult replay_other(const RecordedRun& run, const RecordedTask& task, const VariantConfig& variant,
+                          SolverWrapper* wrapper) {
+  const auto ladder = make_ladder(variant, task.scenario.trajectory, task.scenario.plane, task.ladder, wrapper);
   return through(run, *ladder, nullptr);
 }
 

@@ -3,6 +3,7 @@
 #include "controllers/ladder/fallback_ladder.hpp"
 #include "controllers/variant.hpp"
 #include "core/metrics/metrics.hpp"
+#include "experiments/campaign/campaign.hpp"
 #include "experiments/log/recorded_run.hpp"
 #include "experiments/sim/simulate.hpp"
 
@@ -28,13 +29,16 @@ struct RecordedTask {
 };
 /// Throws ConfigError if the log does not say.
 RecordedTask recorded_task(const RecordedRun& run);
+/// The campaign of its scenario alone, with these variants: its own or shipped ones; none: its own. Throws ConfigError.
+Campaign recorded_campaign(const RecordedRun& run, std::vector<std::string> variants = {});
 
 /// Through the controller the log was made with: plans arrive in the ticks they arrived in, the operator's stops and
 /// re-arms come when they came. The same program gives the same commands.
 ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task);
 
 /// Through any variant under the same limits, each solve done in its tick: what it would have done, and how long it
-/// takes. It is told what was applied then.
-ReplayResult replay_other(const RecordedRun& run, const RecordedTask& task, const VariantConfig& variant);
+/// takes. It is told what was applied then. `wrapper` gets at its solver.
+ReplayResult replay_other(const RecordedRun& run, const RecordedTask& task, const VariantConfig& variant,
+                          SolverWrapper* wrapper = nullptr);
 
 }  // namespace solenoid

@@ -9,13 +9,16 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <iterator>
 #include <thread>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 namespace solenoid {
 namespace {
@@ -168,6 +171,25 @@ void wait_for(const Shared& shared, FallbackLadder& ladder, RunLog& log, const S
   }
 }
 
+/// The disk as the fault script has it, on the time since now.
+std::function<ssize_t(int, const char*, std::size_t)> disk_with(const std::vector<InjectedFault>& faults) {
+  std::vector<InjectedFault> of_disk;
+  std::ranges::copy_if(faults, std::back_inserter(of_disk), [](const auto& f) { return f.target == "disk"; });
+  if (of_disk.empty()) return ::write;
+  return [of_disk, clock = MonotonicClock()](int file, const char* bytes, std::size_t size) -> ssize_t {
+    for (const InjectedFault& f : of_disk) {
+      if (!f.active(clock.now_s())) continue;
+      if (f.kind == "slow") {
+        std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(f.value));
+        continue;
+      }
+      errno = f.kind == "full" ? ENOSPC : EROFS;
+      return -1;
+    }
+    return ::write(file, bytes, size);
+  };
+}
+
 }  // namespace
 
 bool SessionResult::clean() const {
@@ -197,6 +219,7 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
   log_settings.start_ns = wall_ns();
   log_settings.udp_ports = settings.udp_ports;
   log_settings.about = settings.about;
+  log_settings.write = disk_with(settings.faults);
   if (!settings.at_start_position) {
     plant.write({});
     const double from_m = plant.read(0.0).position_m;

@@ -28,7 +28,7 @@ struct SessionSettings {
   int tick_core = -1, solver_core = -1;          ///< -1: wherever
   LadderSettings ladder;
   CommandRates rates;
-  std::vector<InjectedFault> faults;  ///< of the solver; the plant has its own
+  std::vector<InjectedFault> faults;  ///< of the solver and the disk; the plant has its own
   bool at_start_position = true;      ///< the plant stands where the task begins
   double rearm_wait_s = 0.0;          ///< in SAFE: wait so long for a re-arm before the run ends
   std::string log_folder, log_name = "run";

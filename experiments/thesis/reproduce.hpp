@@ -32,7 +32,7 @@ struct ReproducedCase {
 struct ReproducibleTable {
   std::string name;   ///< "table-6-1"
   std::string title;  ///< what is compared, one line
-  std::vector<ReproducedCase> (*cases)();
+  std::vector<ReproducedCase> (*cases)(const std::string& name);
 };
 const std::vector<ReproducibleTable>& reproducible_tables();
 
@@ -54,13 +54,17 @@ struct Cell {
 std::vector<Cell> reproduce(const std::vector<ReproducedCase>& cases, int jobs,
                             const std::function<void(std::size_t, std::size_t)>& progress = {});
 
-/// How near a parameter set comes: mean |ln(ours/thesis)| of one metric over tables 6-1 and 6-2, as far as present.
+/// Mean |ln(ours/thesis)| over the cells that `counted` accepts and the thesis has a number for; 0 if there is none.
+double mean_abs_ln(std::span<const Cell> cells, const std::function<bool(const Cell&)>& counted);
+
+/// How near a parameter set comes: mean |ln(ours/thesis)| of one metric over tables that belong together, as far as
+/// present: each of chapter 5, those of chapter 6, those of chapter 7.
 struct Agreement {
-  std::string parameters, metric;
+  std::string tables, parameters, metric;
   double mean_abs_ln = 0.0;
   int cells = 0;
 };
-/// For rmse_mm and mae_mm, each parameter set in order of appearance.
+/// Tables and metrics in the thesis's order, each parameter set in order of appearance.
 std::vector<Agreement> agreements(std::span<const Cell> cells);
 
 }  // namespace solenoid

@@ -78,6 +78,9 @@ std::string block_text(std::span<const Cell> cells) {
 }  // namespace
 
 std::string parameters_in_words(const std::string& name) {
+  if (const auto plus = name.find("+integral_per_period"); plus != std::string::npos)
+    return parameters_in_words(name.substr(0, plus)) + "; the integral summed once a period of 5 ms";
+  if (name == "twin") return "the nominal truth plant (docs/twin.md) behind the whole sensing chain";
   const bool printed = name.starts_with("printed"), inferred = name.find("inferred") != std::string::npos;
   const bool rod = name.find("no_rod_atmosphere") == std::string::npos;
   return fmt::format("choked flow {} (E2), {} (E8), {} atmosphere on the rod's area (E9)",
@@ -102,7 +105,8 @@ std::string reproduction_json(std::span<const Cell> cells) {
     json["cells"].push_back(std::move(one));
   }
   for (const Agreement& a : agreements(cells))
-    json["agreement"].push_back({{"parameters", a.parameters},
+    json["agreement"].push_back({{"tables", a.tables},
+                                 {"parameters", a.parameters},
                                  {"metric", a.metric},
                                  {"mean_abs_ln", number_or_null(a.mean_abs_ln)},
                                  {"cells", a.cells}});
@@ -131,9 +135,10 @@ std::string reproduction_text(std::span<const Cell> cells) {
     from = to;
   }
   const std::vector<Agreement> all = agreements(cells);
-  if (!all.empty()) text += "\nmean |ln(ours/thesis)| over the tables of chapter 6 above\n";
+  if (!all.empty()) text += "\nmean |ln(ours/thesis)| over the tables above\n";
   for (const Agreement& a : all)
-    text += fmt::format("  {:<36} {:<8} {:.2f}  ({} cells)\n", a.parameters, a.metric, a.mean_abs_ln, a.cells);
+    text += fmt::format("  {:<10} {:<36} {:<24} {:.2f}  ({} cells)\n", a.tables, a.parameters, a.metric, a.mean_abs_ln,
+                        a.cells);
   return text;
 }
 

@@ -7,7 +7,8 @@
 
 #include "core/config/reader.hpp"
 #include "experiments/embedded.hpp"
-#include "experiments/twin/fidelity.hpp"
+#include "experiments/thesis/fidelity.hpp"
+#include "experiments/thesis/reproduce_output.hpp"
 
 #include <cstdio>
 #include <fstream>
@@ -47,40 +48,26 @@ TwinParameters twin_with(const std::string& text, const Settings& settings) {
   return read_twin(reader);
 }
 
-void print_cells(const std::vector<FidelityCell>& cells) {
-  for (const FidelityCell& c : cells)
-    fmt::print("{:5} {:32} {:18} thesis {:7.3f}  ours {:7.3f}\n", c.table, c.case_name, c.metric, c.thesis, c.ours);
+std::vector<Cell> chapter(const StandIn& rig, int number) {
+  return reproduce(number == 5 ? step_cases(rig) : motion_cases(rig), 2);
 }
 
-double print_chapter5(const FidelityRig& rig, bool quiet) {
-  const auto cells = chapter5_cells(rig);
-  if (!quiet) print_cells(cells);
-  const auto sse_of = [&](const char* table) {
-    return mean_abs_log_ratio(cells, [&](const FidelityCell& c) { return c.table == table && c.metric == "sse_mm"; });
-  };
-  const double criterion = choice_criterion(cells);
-  fmt::print(
-      "chapter 5 [{}]: criterion {:.4f}  |ln sse| 5-2 {:.3f} 5-3 {:.3f} 5-4 {:.3f}  overshoot np>=100 {:.2f} %\n",
-      rig.plant, criterion, sse_of("5-2"), sse_of("5-3"), sse_of("5-4"), largest_overshoot(cells, 100));
-  std::fflush(stdout);
-  return criterion;
-}
+double criterion_of(const StandIn& rig) { return choice_criterion(chapter(rig, 5)); }
 
-void print_chapter7(const FidelityRig& rig, bool quiet) {
-  const auto cells = chapter7_cells(rig);
-  if (!quiet) print_cells(cells);
-  const auto of = [&](const char* metric) {
-    return mean_abs_log_ratio(cells, [&](const FidelityCell& c) { return c.metric == metric; });
-  };
-  fmt::print("chapter 7 [{}]: |ln ratio| all {:.3f}  rmse {:.3f}  mae {:.3f}  sse {:.3f}  ssa {:.3f}\n", rig.plant,
-             mean_abs_log_ratio(cells, [](const FidelityCell&) { return true; }), of("rmse_mm"), of("mae_mm"),
-             of("sse_mm"), of("ssa_mm"));
+void print_chapter(const StandIn& rig, int number, bool quiet) {
+  const std::vector<Cell> cells = chapter(rig, number);
+  if (!quiet) fmt::print("{}", reproduction_text(cells));
+  for (const Agreement& a : agreements(cells))
+    fmt::print("{} [{}]: |ln {}| {:.3f}\n", a.tables, a.parameters, a.metric, a.mean_abs_ln);
+  if (number == 5)
+    fmt::print("criterion {:.4f}  overshoot np>=100 {:.2f} %\n", choice_criterion(cells),
+               largest_overshoot_percent(cells, 100));
   std::fflush(stdout);
 }
 
-void search(FidelityRig rig, const std::string& text, Settings settings, const std::vector<std::string>& grid) {
+void search(StandIn rig, const std::string& text, Settings settings, const std::vector<std::string>& grid) {
   rig.twin = twin_with(text, settings);
-  double best = choice_criterion(chapter5_cells(rig));
+  double best = criterion_of(rig);
   fmt::print("start {:.4f}\n", best);
   for (bool improved = true; improved;) {
     improved = false;
@@ -95,7 +82,7 @@ void search(FidelityRig rig, const std::string& text, Settings settings, const s
         double criterion = 1e9;
         try {
           rig.twin = twin_with(text, trial);
-          criterion = choice_criterion(chapter5_cells(rig));
+          criterion = criterion_of(rig);
         } catch (const ConfigError&) {
           continue;  // a combination the reader refuses
         }
@@ -134,26 +121,24 @@ int main(int argc, char** argv) {
     text = read.str();
   }
   Settings settings;
-  FidelityRig rig;
+  StandIn rig;
   for (const std::string& o : overrides) {
     const std::string key = o.substr(0, o.find('=')), value = o.substr(o.find('=') + 1);
-    if (key == "believed")
-      rig.believed = value;
-    else if (key == "integral_gain")
+    if (key == "integral_gain")
       rig.integral_gain = std::stod(value);
     else
       settings[key] = value;
   }
   rig.plant = plant;
-  rig.seeds.clear();
-  for (int s = 1; s <= seeds; ++s) rig.seeds.push_back(static_cast<std::uint64_t>(s));
+  rig.name = plant == "model" ? "inferred" : plant;
+  rig.step_seeds = rig.motion_seeds = seeds;
   try {
     rig.twin = twin_with(text, settings);
     if (!grid.empty())
       search(rig, text, settings, grid);
     else {
-      if (chapter != "7") print_chapter5(rig, quiet);
-      if (chapter != "5") print_chapter7(rig, quiet);
+      if (chapter != "7") print_chapter(rig, 5, quiet);
+      if (chapter != "5") print_chapter(rig, 7, quiet);
     }
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}\n", error.what());

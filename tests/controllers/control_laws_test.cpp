@@ -83,5 +83,24 @@ TEST(MpcController, CommandsEveryPeriodKeepsThroughFailuresAndShiftsTheReference
     EXPECT_NEAR(references[i], 0.06 + 0.005 * 0.01 * static_cast<double>(5 * i + 1), 1e-15);
 }
 
+TEST(Posing, WhatTheLawTracksAndWhatTheCostTracksAreOneReferenceAStepApart) {
+  Problem<PrestabilisedActuator> problem(PrestabilisedActuator(), valve_modes("two_way", {}),
+                                         {.dt_s = tick_s, .blocks = {10}}, {});
+  const auto ramp = [](double time_s) { return ReferenceSample{.position = 0.1 * time_s, .velocity = time_s}; };
+  struct Reference {
+    decltype(ramp) at;
+  };
+  for (const int lead : {0, 5}) {
+    pose_reference(Reference{ramp}, 0.2, lead, 0.001, problem);
+    for (std::size_t j = 0; j < 10; ++j) {
+      const double begin_s = 0.2 + (lead + static_cast<double>(j)) * tick_s;
+      EXPECT_NEAR(problem.setpoint[j][0], 0.1 * begin_s, 1e-15);
+      EXPECT_NEAR(problem.setpoint[j][1], begin_s, 1e-15);
+      EXPECT_NEAR(problem.reference[j][0], 0.1 * (begin_s + tick_s) + 0.001, 1e-15);
+      EXPECT_NEAR(problem.reference[j][1], begin_s + tick_s, 1e-15);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace solenoid

@@ -30,8 +30,16 @@ ScenarioConfig sine(double payload_kg, double friction = 1.0, double flow = 1.0)
   return s;
 }
 
+/// The same task on the truth plant, which has a sensing chain of its own.
+ScenarioConfig on_the_twin(ScenarioConfig task) {
+  task.plant = "twin";
+  task.sensing_chain = false;
+  task.noise = true;
+  return task;
+}
+
 struct Errors {
-  double position_mm = 0, pressure_kpa = 0, payload_kg = 0;
+  double position_mm = 0, pressure_kpa = 0, read_pressure_kpa = 0, payload_kg = 0;
 };
 
 Errors errors(const RunResult& run, double payload_kg) {
@@ -41,35 +49,50 @@ Errors errors(const RunResult& run, double payload_kg) {
     const ActuatorState& x = t.decision.estimate;
     const ActuatorState& truth = t.sensors.truth;
     e.position_mm += 1e6 * std::pow(x[position] - truth[position], 2) / n;
-    e.pressure_kpa +=
-        0.5e-6 * (std::pow(x[pressure_a] - truth[pressure_a], 2) + std::pow(x[pressure_b] - truth[pressure_b], 2)) / n;
+    const auto squares = [&](double a_pa, double b_pa) {
+      return 0.5e-6 * (std::pow(a_pa - truth[pressure_a], 2) + std::pow(b_pa - truth[pressure_b], 2)) / n;
+    };
+    e.pressure_kpa += squares(x[pressure_a], x[pressure_b]);
+    e.read_pressure_kpa += squares(t.sensors.pressure_a_pa, t.sensors.pressure_b_pa);
     if (t.sensors.time_s >= 2.0)  // the motion begins at once: a second of it, and one to spare
       e.payload_kg = std::max(e.payload_kg, std::abs(t.decision.detail.payload_kg - payload_kg));
   }
   e.position_mm = std::sqrt(e.position_mm);
   e.pressure_kpa = std::sqrt(e.pressure_kpa);
+  e.read_pressure_kpa = std::sqrt(e.read_pressure_kpa);
   return e;
 }
 
-class HiddenMismatch : public testing::TestWithParam<std::tuple<std::string, double, double, double>> {};
+/// plant, estimator, friction, flow, payload
+class HiddenMismatch : public testing::TestWithParam<std::tuple<std::string, std::string, double, double, double>> {};
 
 TEST_P(HiddenMismatch, PositionPayloadAndPressuresAreSeenThroughTheSensingChain) {
-  const auto& [estimator, friction, flow, payload_kg] = GetParam();
-  const VariantConfig v = shipped("thesis_pd",
-                                  "motor = 'pd'\nintegral = { gain = 0.005 }\nuse_estimate = 'payload'\n"
-                                  "estimator = '" +
-                                      estimator + "'");
-  const Errors e = errors(simulate(v, sine(payload_kg, friction, flow), 1), payload_kg);
-  std::printf("%s friction %.1f flow %.2f payload %.2f: %.4f mm, %.2f kPa, payload within %.3f kg\n", estimator.c_str(),
-              friction, flow, payload_kg, e.position_mm, e.pressure_kpa, e.payload_kg);
+  const auto& [plant, estimator, friction, flow, payload_kg] = GetParam();
+  VariantConfig v = shipped(plant == "twin" ? "thesis_pd_ekf" : "thesis_pd_payload");
+  v.estimator = estimator;
+  const ScenarioConfig task =
+      plant == "twin" ? on_the_twin(sine(payload_kg, friction, flow)) : sine(payload_kg, friction, flow);
+  const Errors e = errors(simulate(v, task, 1), payload_kg);
+  std::printf("%s %s friction %.1f flow %.2f payload %.2f: %.4f mm, %.2f kPa (read: %.2f), payload within %.3f kg\n",
+              plant.c_str(), estimator.c_str(), friction, flow, payload_kg, e.position_mm, e.pressure_kpa,
+              e.read_pressure_kpa, e.payload_kg);
   EXPECT_LT(e.position_mm, 0.02);
-  EXPECT_LT(e.pressure_kpa, 2.0);
+  // The believed chambers are isothermal, the twin's are not: there the filter must only undo most of the delay.
+  EXPECT_LT(e.pressure_kpa, plant == "twin" ? 0.5 * e.read_pressure_kpa : 2.0);
   EXPECT_LT(e.payload_kg, std::max(0.02, 0.1 * payload_kg));
 }
 
-INSTANTIATE_TEST_SUITE_P(Sine, HiddenMismatch,
-                         testing::Combine(testing::Values("payload_ekf", "mhe"), testing::Values(0.7, 1.0, 2.0),
-                                          testing::Values(0.8, 1.15), testing::Values(0.0, 0.15, 0.3)));
+INSTANTIATE_TEST_SUITE_P(SineOnTheModel, HiddenMismatch,
+                         testing::Combine(testing::Values("model"), testing::Values("payload_ekf", "mhe"),
+                                          testing::Values(0.7, 1.0, 2.0), testing::Values(0.8, 1.15),
+                                          testing::Values(0.0, 0.15, 0.3)));
+INSTANTIATE_TEST_SUITE_P(SineOnTheTwin, HiddenMismatch,
+                         testing::Combine(testing::Values("twin"), testing::Values("payload_ekf"),
+                                          testing::Values(0.7, 1.0, 2.0), testing::Values(0.8, 1.15),
+                                          testing::Values(0.0, 0.15, 0.3)));
+INSTANTIATE_TEST_SUITE_P(CornersOnTheTwin, HiddenMismatch,
+                         testing::Combine(testing::Values("twin"), testing::Values("mhe"), testing::Values(0.7, 2.0),
+                                          testing::Values(0.8, 1.15), testing::Values(0.0, 0.3)));
 
 TEST(EkfWithoutPayload, SeesPositionThroughAHiddenPayloadAsAForce) {
   const VariantConfig v = shipped("thesis_pd", "motor = 'pd'\nintegral = { gain = 0.005 }\nestimator = 'ekf'");
@@ -77,15 +100,22 @@ TEST(EkfWithoutPayload, SeesPositionThroughAHiddenPayloadAsAForce) {
     EXPECT_LT(errors(simulate(v, sine(payload_kg, 2.0, 0.8), 1), 0.0).position_mm, 0.02);
 }
 
-TEST(ThesisWithTheBestEstimator, TracksBetterAndTheEstimatedPayloadHalvesItsError) {
+double mean_rmse_on_the_twin_mm(const std::string& variant, double payload_kg) {
+  const ScenarioConfig task = on_the_twin(sine(payload_kg));
+  double sum = 0.0;
+  for (const std::uint64_t seed : {1, 2, 3}) sum += simulate(shipped(variant), task, seed).metrics.rmse_mm;
+  return sum / 3;
+}
+
+TEST(ThesisWithTheBestEstimator, HalvesTheErrorOfTheThesisAndAShortHorizonHalvesItAgain) {
   for (const double payload_kg : {0.0, 0.15}) {
-    const double thesis = simulate(shipped("thesis_pd"), sine(payload_kg), 1).metrics.rmse_mm;
-    const double state = simulate(shipped("thesis_pd_ekf"), sine(payload_kg), 1).metrics.rmse_mm;
-    const double load = simulate(shipped("thesis_pd_payload"), sine(payload_kg), 1).metrics.rmse_mm;
-    std::printf("payload %.2f kg: thesis_pd %.3f, thesis_pd_ekf %.3f, thesis_pd_payload %.3f mm\n", payload_kg, thesis,
-                state, load);
-    EXPECT_LT(state, thesis);
-    EXPECT_LT(load, 0.5 * thesis);
+    const double thesis = mean_rmse_on_the_twin_mm("thesis_pd", payload_kg);
+    const double best = mean_rmse_on_the_twin_mm("thesis_pd_ekf", payload_kg);
+    const double brief = mean_rmse_on_the_twin_mm("thesis_pd_ekf_short", payload_kg);
+    std::printf("payload %.2f kg: thesis_pd %.3f, thesis_pd_ekf %.3f, thesis_pd_ekf_short %.3f mm\n", payload_kg,
+                thesis, best, brief);
+    EXPECT_LT(best, 0.5 * thesis);
+    EXPECT_LT(brief, 0.5 * best);
   }
 }
 

@@ -1,6 +1,8 @@
 #include "experiments/check/checks.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
+#include <map>
+
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
@@ -68,6 +70,24 @@ TEST(Check, MissingPartsAreNamedWithTheirPackage) {
   const ProgramRun ended = run_program(folder, "check", "PATH=/nonexistent");
   EXPECT_EQ(ended.exit_code, 0) << "optional parts may be missing";
   EXPECT_THAT(ended.out, HasSubstr("apt-get install gnuplot-nox"));
+}
+
+TEST(Check, LooksAtAPlantWithSafeOutputs) {
+  Folder folder;
+  const ProgramRun ended = run_program(folder, "check --plant sim --format json");
+  EXPECT_EQ(ended.exit_code, 0) << ended.out << ended.err;
+  std::map<std::string, std::string> found;
+  const json report = json::parse(ended.out);
+  for (const json& check : report.at("checks"))
+    if (check.at("group") == "plant") found[check.at("name")] = check.at("detail");
+  EXPECT_THAT(found.at("I/O latency"), HasSubstr("0 of 100 missed"));
+  EXPECT_THAT(found.at("sensors"), HasSubstr("plausible"));
+  EXPECT_THAT(found.at("position"), HasSubstr("19.70 mm"));
+  const ProgramRun none = run_program(folder, "check --plant emulator --node 127.0.0.1:9");
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_THAT(none.err, HasSubstr("no answer"));
+  folder.write("rig.toml", "[limits]\nlongest_gap_ms = 0\n");
+  EXPECT_THAT(run_program(folder, "check --plant sim --rig rig.toml").err, HasSubstr("longest_gap_ms"));
 }
 
 TEST(Check, LooksAtEveryFileBeforeItRefuses) {

@@ -225,11 +225,55 @@ TEST(ProfileInstances, DamageBelowAFittingChecksumIsRefusedOrReadable) {
   EXPECT_GE(refused, 20);
 }
 
+TEST(ProfileInstances, AnEstimatedLoadIsPartOfTheProblem) {
+  const test::Folder folder;
+  const Campaign campaign = read_campaign(folder.write("c.toml", R"(
+variants = ["nine_robust"]
+[[scenario]]
+name = "loaded"
+plant = "twin"
+noise = true
+payload_kg = 0.2
+trajectory = { kind = "sine", lead_s = 0.2, periods = 0.5 }
+duration_s = 0.5
+)"));
+  const InstanceSet set = record_instances(campaign, 1000);
+  const VariantInstances& variant = set.variants.front();
+  ASSERT_EQ(variant.records.size(), 100u);
+  std::size_t solve = 0;
+  for (const TickRecord& t : simulate(campaign.variants.front(), campaign.scenarios.front(), 1).ticks) {
+    if (!t.decision.solved) continue;
+    const InstanceRecord& record = variant.records[solve++];
+    ASSERT_TRUE(record.load);
+    EXPECT_EQ(record.load->payload_kg, t.decision.detail.payload_kg);
+    EXPECT_EQ(record.load->external_force_n, t.decision.detail.disturbance_n);
+  }
+  expect_recorded_plans<PrestabilisedActuator>(set, variant, 1);
+  std::string bytes = instance_bytes(set);
+  const InstanceSet read = parse_instances(bytes, "loaded");
+  EXPECT_EQ(read.variants[0].records[50].load->payload_kg, variant.records[50].load->payload_kg);
+  InstanceSet nominal = set;  // without its load the same state is another problem
+  for (InstanceRecord& r : nominal.variants[0].records) r.load.reset();
+  Problem<PrestabilisedActuator> problem = make_problem<PrestabilisedActuator>(variant.config, Plane::vertical);
+  Plan<PrestabilisedActuator> plan(problem);
+  const auto cost = [&](const InstanceSet& from) {
+    pose(from, from.variants[0].records[50], problem, plan);
+    plan.modes = variant.records[50].plan_modes;
+    return evaluate(problem, plan).cost;
+  };
+  const double without = cost(nominal);
+  EXPECT_NE(cost(set), without);
+  bytes[8] = 1;
+  EXPECT_THAT(refusal(sealed(bytes)), HasSubstr("flags 1, 2, 4, from version 2 on 8"));
+}
+
 TEST(ProfileInstances, OtherFilesAndVersionsAreNamed) {
   EXPECT_THAT(refusal("[[scenario]]\nname = 'x'\n"), HasSubstr("no instance file"));
   std::string bytes = instance_bytes(small_set());
-  bytes[8] = 2;
-  EXPECT_THAT(refusal(sealed(bytes)), HasSubstr("version 2 (allowed: 1)"));
+  bytes[8] = 3;
+  EXPECT_THAT(refusal(sealed(bytes)), HasSubstr("version 3 (allowed: 1 to 2)"));
+  bytes[8] = 1;  // nothing in this set is new in version 2
+  EXPECT_EQ(refusal(sealed(bytes)), "");
   InstanceSet wrong = small_set();
   wrong.variants[0].records[0].warm_modes[0] = 4;
   EXPECT_THAT(refusal(instance_bytes(wrong)), HasSubstr("mode"));

@@ -38,8 +38,9 @@ Cell chapter_6_cell(const std::string& metric, double thesis, double ours) {
 }
 
 TEST(Reproduce, ChapterSixComesWithin35PercentOnAverageForBothSets) {
-  std::vector<ReproducedCase> cases = only(table_6_1(), {continuous_flow, printed_flow});
-  for (ReproducedCase& c : only(table_6_2(), {continuous_flow, printed_flow})) cases.push_back(std::move(c));
+  std::vector<ReproducedCase> cases = only(simulation_table("table-6-1"), {continuous_flow, printed_flow});
+  for (ReproducedCase& c : only(simulation_table("table-6-2"), {continuous_flow, printed_flow}))
+    cases.push_back(std::move(c));
   const std::vector<Agreement> all = agreements(reproduce(cases, 2));
   ASSERT_EQ(all.size(), 4u);
   for (const Agreement& a : all) {
@@ -49,13 +50,13 @@ TEST(Reproduce, ChapterSixComesWithin35PercentOnAverageForBothSets) {
 }
 
 TEST(Reproduce, OnlyThePrintedFlowShowsTheLimitCycleOfTheUnloadedCylinder) {
-  const std::vector<Cell> cells = reproduce(only(table_6_1(), {continuous_flow, printed_flow}), 2);
+  const std::vector<Cell> cells = reproduce(only(simulation_table("table-6-1"), {continuous_flow, printed_flow}), 2);
   EXPECT_GT(find(cells, printed_flow, "thesis_cylinder, 0 kg", "ssa_mm").ours, 1.0);
   EXPECT_LT(find(cells, continuous_flow, "thesis_cylinder, 0 kg", "ssa_mm").ours, 0.1);
 }
 
 TEST(Reproduce, SteadyStateErrorsOfLongHorizonsComeWithin20PercentOfTheRig) {
-  const std::vector<Cell> cells = reproduce(table_5_2(), 2);
+  const std::vector<Cell> cells = reproduce(only(hardware_table("table-5-2"), {"inferred"}), 2);
   for (const int steps : {120, 140, 160, 180, 200, 220}) {
     const std::string name = "N_p = " + std::to_string(steps);
     for (const char* metric : {"sse_max_abs_measured_mm", "sse_mean_abs_measured_mm", "sse_max_abs_mm"}) {
@@ -70,14 +71,32 @@ TEST(Reproduce, SteadyStateErrorsOfLongHorizonsComeWithin20PercentOfTheRig) {
 
 TEST(Reproduce, IntegralActionRemovesTheStepErrorThatThePayloadLeaves) {
   const std::string payload = "payload 0.15 kg", metric = "sse_mean_abs_measured_mm";
-  const double without = find(reproduce(table_5_3(), 2), "inferred", payload, metric).ours;
-  const double with = find(reproduce(table_5_4(), 2), "inferred", payload, metric).ours;
+  const double without =
+      find(reproduce(only(hardware_table("table-5-3"), {"inferred"}), 2), "inferred", payload, metric).ours;
+  const double with =
+      find(reproduce(only(hardware_table("table-5-4"), {"inferred"}), 2), "inferred", payload, metric).ours;
   EXPECT_GT(without, 2.0);
   EXPECT_LT(with, 0.4);  // the rig's mean of five tests
 }
 
+TEST(Reproduce, OnTheMotionsOfChapterSevenTheTwinIsNearerThanTheModel) {
+  std::vector<Cell> cells;
+  for (StandIn rig : stand_ins()) {
+    rig.motion_seeds = 1;
+    std::ranges::move(reproduce(motion_cases(rig), 2), std::back_inserter(cells));
+  }
+  std::map<std::string, double> rmse;
+  for (const Agreement& a : agreements(cells)) {
+    EXPECT_EQ(a.tables, "chapter 7");
+    EXPECT_EQ(a.cells, a.metric == "sse_measured_mm" || a.metric == "ssa_measured_mm" ? 4 : 9);
+    if (a.metric == "rmse_measured_mm") rmse[a.parameters] = a.mean_abs_ln;
+  }
+  EXPECT_LT(rmse.at("twin"), rmse.at("inferred"));
+  EXPECT_LT(rmse.at("twin+integral_per_period"), rmse.at("twin"));
+}
+
 TEST(Reproduce, DoesNotDependOnTheNumberOfJobs) {
-  const std::vector<ReproducedCase> cases = only(table_6_2(), {continuous_flow});
+  const std::vector<ReproducedCase> cases = only(simulation_table("table-6-2"), {continuous_flow});
   const std::vector<Cell> one = reproduce(cases, 1), three = reproduce(cases, 3);
   ASSERT_EQ(one.size(), 12u);
   ASSERT_EQ(one.size(), three.size());
@@ -88,7 +107,7 @@ TEST(Reproduce, DoesNotDependOnTheNumberOfJobs) {
 }
 
 TEST(Reproduce, CountsEveryRunOnceAndMeansOverTheSeeds) {
-  ReproducedCase c = table_5_2().front();
+  ReproducedCase c = hardware_table("table-5-2").front();
   c.scenario.duration_s = 0.01;
   c.seeds = {1, 2, 3, 4};
   c.compared = {{"start_m", std::nullopt,
@@ -108,7 +127,7 @@ TEST(Reproduce, CountsEveryRunOnceAndMeansOverTheSeeds) {
 }
 
 TEST(Reproduce, AFailureInARunReachesTheCaller) {
-  std::vector<ReproducedCase> cases = only(table_6_2(), {continuous_flow});
+  std::vector<ReproducedCase> cases = only(simulation_table("table-6-2"), {continuous_flow});
   for (ReproducedCase& c : cases) c.scenario.duration_s = 0.01;
   cases[2].compared[0].ours = [](const RunResult&, const ScenarioConfig&) -> double { throw std::domain_error("no"); };
   EXPECT_THROW(reproduce(cases, 2), std::domain_error);
@@ -117,17 +136,24 @@ TEST(Reproduce, AFailureInARunReachesTheCaller) {
 TEST(Reproduce, EveryCellOfThePrintedTablesIsCompared) {
   std::map<std::string, std::size_t> cells;
   for (const ReproducibleTable& table : reproducible_tables())
-    for (const ReproducedCase& c : table.cases()) cells[c.table + " " + c.parameters] += c.compared.size();
+    for (const ReproducedCase& c : table.cases(table.name)) cells[c.table + " " + c.parameters] += c.compared.size();
   EXPECT_EQ(cells.at("table-6-1 " + continuous_flow), 9u * 5);  // SSE twice, once a reading
   EXPECT_EQ(cells.at("table-6-2 " + printed_flow), 6u * 2);
   EXPECT_EQ(cells.at("table-5-2 inferred"), 10u * 5);
   EXPECT_EQ(cells.at("table-5-3 inferred"), 3u * 3);
   EXPECT_EQ(cells.at("table-5-4 inferred"), 3u * 3);
+  EXPECT_FALSE(cells.contains("table-5-3 twin+integral_per_period"));  // there is no integral in it
+  for (const char* rig : {"inferred", "twin", "inferred+integral_per_period", "twin+integral_per_period"}) {
+    EXPECT_EQ(cells.at(std::string("table-5-4 ") + rig), 3u * 3);
+    EXPECT_EQ(cells.at(std::string("table-7-4 ") + rig), 5u);  // the true RMSE beside them
+    EXPECT_EQ(cells.at(std::string("table-7-9 ") + rig), 3u);
+  }
 }
 
 TEST(Reproduce, TheControllerIsNeverToldThePayload) {
   for (const ReproducibleTable& table : reproducible_tables())
-    for (const ReproducedCase& c : table.cases()) EXPECT_EQ(c.variant.believed.payload_mass_kg, 0.0) << c.name;
+    for (const ReproducedCase& c : table.cases(table.name))
+      EXPECT_EQ(c.variant.believed.payload_mass_kg, 0.0) << c.name;
 }
 
 TEST(Agreement, IsTheMeanAbsoluteLogarithmOfTheRatio) {
@@ -217,7 +243,7 @@ TEST(ReproduceCommand, RefusesUnknownNamesFormatsAndJobsInOneLine) {
   const test::ProgramRun table = test::run_program({"reproduce", "table-6-9"});
   EXPECT_EQ(table.exit_code, 2);
   EXPECT_EQ(table.out, "");
-  EXPECT_THAT(table.err, HasSubstr("allowed: table-5-2, table-5-3, table-5-4, table-6-1, table-6-2"));
+  EXPECT_THAT(table.err, HasSubstr("allowed: table-5-2, table-5-3, table-5-4, table-6-1, table-6-2, table-7-1"));
   EXPECT_EQ(std::count(table.err.begin(), table.err.end(), '\n'), 1);
   EXPECT_EQ(test::run_program({"reproduce", "table-6-2", "--format", "xml"}).exit_code, 2);
   EXPECT_EQ(test::run_program({"reproduce", "table-6-2", "--jobs", "0"}).exit_code, 2);

@@ -1,4 +1,4 @@
-#include "experiments/twin/fidelity.hpp"
+#include "experiments/thesis/fidelity.hpp"
 #include "tests/experiments/twin_support.hpp"
 
 #include <cmath>
@@ -69,35 +69,33 @@ TEST(TwinScenario, ATwinOfItsOwnNeedsThePlant) {
   EXPECT_THROW(scenario_from("plant = \"twin\"\ntwin = \"no_such_file.toml\""), ConfigError);
 }
 
-TEST(TwinFidelity, MeasuredMetricsOfAKnownRun) {
-  Trajectory step(0.02);
-  step.step_to(0.08, 1.0).steady_from(0.5);
-  std::vector<TickRecord> ticks;
-  for (int k = 0; k < 1000; ++k) {
-    TickRecord t;
-    t.sensors.time_s = 1e-3 * k;
-    t.decision.reference = step.at(t.sensors.time_s);
-    t.decision.estimate[position] = k < 500 ? 0.083 : (k % 2 ? 0.076 : 0.078);
-    ticks.push_back(t);
-  }
-  const MeasuredMetrics m = measured_metrics(ticks, step);
-  EXPECT_NEAR(m.sse_max_abs_mm, 4.0, 1e-9);
-  EXPECT_NEAR(m.sse_abs_mean_mm, 3.0, 1e-9);
-  EXPECT_NEAR(m.ssa_mm, 2.0, 1e-9);
-  EXPECT_NEAR(m.mae_mm, 4.0, 1e-9);
-  EXPECT_NEAR(m.rmse_mm, std::sqrt((9.0 + (16.0 + 4.0) / 2) / 2), 1e-9);
-  EXPECT_NEAR(m.overshoot_percent, 100 * (63.0 - 57.0) / 57.0, 1e-9);
+/// One seed of each case of chapter 5 on a stand-in.
+std::vector<Cell> one_seed(StandIn rig) {
+  rig.step_seeds = 1;
+  return reproduce(step_cases(rig), 2);
 }
 
 TEST(TwinFidelity, TheNominalTwinIsNearerToTheStepTestsThanTheControllersModel) {
-  FidelityRig twin, model;
-  model.plant = "model";
-  const auto ours = chapter5_cells(twin), theirs = chapter5_cells(model);
-  ASSERT_EQ(ours.size(), 26u);
-  EXPECT_LT(choice_criterion(ours), choice_criterion(theirs));
-  EXPECT_LT(largest_overshoot(ours, 100), 3.0);
-  const auto errors = [](const FidelityCell& c) { return c.metric == "sse_mm"; };
-  EXPECT_LT(mean_abs_log_ratio(ours, errors), mean_abs_log_ratio(theirs, errors));
+  const auto model = one_seed(stand_ins().at(0)), twin = one_seed(stand_ins().at(1));
+  EXPECT_LT(choice_criterion(twin), choice_criterion(model));
+  EXPECT_LT(largest_overshoot_percent(twin, 100), 3.0);
+  const auto errors = [](const Cell& c) { return c.metric == "sse_max_abs_measured_mm"; };
+  EXPECT_EQ(std::ranges::count_if(twin, errors), 16);
+  EXPECT_LT(mean_abs_ln(twin, errors), mean_abs_ln(model, errors));
+}
+
+TEST(TwinFidelity, TheCriterionIsTheMeanLogRatioPlusOvershootsInTensOfPercent) {
+  const auto cell = [](const char* table, const char* name, const char* metric, double thesis, double ours) {
+    return Cell{table, "twin", name, metric, PrintedNumber{thesis, false}, ours, 0.0, 1};
+  };
+  const std::vector<Cell> cells = {cell("table-5-2", "N_p = 40", "sse_max_abs_measured_mm", 1.0, std::exp(0.2)),
+                                   cell("table-5-3", "payload", "sse_max_abs_measured_mm", 2.0, 2 * std::exp(-0.4)),
+                                   cell("table-5-2", "N_p = 40", "sse_max_abs_mm", 1.0, 100.0),
+                                   cell("table-5-2", "N_p = 40", "overshoot_measured_percent", 35.0, 30.0),
+                                   cell("table-5-2", "N_p = 120", "overshoot_measured_percent", 1.0, 2.0)};
+  EXPECT_NEAR(choice_criterion(cells), 0.3 + (0.5 + 0.1) / 2, 1e-12);
+  EXPECT_EQ(largest_overshoot_percent(cells, 100), 2.0);
+  EXPECT_EQ(largest_overshoot_percent(cells, 40), 30.0);
 }
 
 }  // namespace

@@ -211,6 +211,30 @@ TEST(Ladder, KeepsCountOfTimeThroughSkippedTicks) {
   EXPECT_EQ(quiet.degraded, 0) << to_string(quiet.causes) << "; seen " << to_string(quiet.seen);
 }
 
+TEST(Ladder, RefusesAReArmWhileTheSlideMoves) {
+  Bench bench;
+  bench.tick(20);
+  bench.sensors.node_was_safe = true;
+  bench.tick();
+  bench.sensors.node_was_safe = false;
+  const auto slide = [&](double speed_m_s, int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      bench.sensors.position_m += 1e-3 * speed_m_s;
+      bench.tick();
+    }
+  };
+  slide(0.1, 200);
+  bench.ladder->request_rearm();
+  slide(0.1, 2);
+  EXPECT_EQ(bench.ladder->counts().refused_rearms, 1);
+  EXPECT_EQ(bench.tick().rung, Rung::safe);
+  slide(0.0, 200);
+  bench.ladder->request_rearm();
+  bench.tick();
+  EXPECT_EQ(bench.tick().rung, Rung::fresh);
+  EXPECT_EQ(bench.ladder->counts().rearms, 1);
+}
+
 TEST(Ladder, AStopIsForGood) {
   Bench bench;
   bench.tick(20);

@@ -1,3 +1,4 @@
+#include "controllers/instances/instance_set.hpp"
 #include "experiments/log/recorded_run.hpp"
 #include "experiments/rig/fault_table.hpp"
 #include "tests/experiments/program_under_test.hpp"
@@ -61,6 +62,17 @@ TEST(Run, MovesTheTwinInRealTimeAndItsReplayGivesTheSameCommands) {
   const ProgramRun other = run_program({"replay", log_of(folder), "--variant", "thesis_pd_ekf", "--format", "json"});
   EXPECT_EQ(other.exit_code, 0) << other.err;
   EXPECT_GT(nlohmann::json::parse(other.out).at("coil_differences"), 0);
+  const std::string instances = (folder / "log.instances").string();
+  const ProgramRun profile =
+      run_program({"profile", log_of(folder), "--variant", "nine_state,nine_robust", "--per-variant", "50", "--record",
+                   instances, "--passes", "1", "--format", "json"});
+  EXPECT_EQ(profile.exit_code, 0) << profile.err;
+  const InstanceSet posed = read_instances(instances);
+  ASSERT_EQ(posed.variants.size(), 2u);
+  for (const VariantInstances& v : posed.variants) {
+    EXPECT_GE(v.records.size(), 25u);
+    for (const InstanceRecord& r : v.records) EXPECT_EQ(r.load.has_value(), v.name == "nine_robust");
+  }
   const ProgramRun csv = run_program({"export", log_of(folder)});
   EXPECT_EQ(std::count(csv.out.begin(), csv.out.end(), '\n'), ticks + 1);
 }
@@ -81,6 +93,29 @@ TEST(Run, NextSlotPlansTakeEffectAtSlotsAlone) {
   }
   EXPECT_EQ(run_program({"replay", log_of(folder)}).exit_code, 0);
 }
+
+#ifdef SOLENOID_STEPPED_CLOCK
+TEST(Run, DoesNotNoticeThatTheWallClockIsSetBack) {
+  const Folder folder;
+  const std::string report = folder.file("report");
+  setenv("STEPPED_CLOCK_REPORT", report.c_str(), 1);
+  setenv("LD_PRELOAD", SOLENOID_STEPPED_CLOCK, 1);
+  const ProgramRun run = run_undisturbed(
+      folder, {"run", "nine_state", "--plant", "sim", "--duration", "2.5", "--out", folder.file("out"), "--quiet"});
+  unsetenv("LD_PRELOAD");
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_THAT(text_of(report), HasSubstr("an hour back"));  // somebody did look at it
+  const RecordedRun log = read_run(log_of(folder));
+  EXPECT_EQ(log.problem, "");
+  std::int64_t last = -1;
+  for (const TickRecord& t : log.ticks) {
+    const auto k = std::llround(t.sensors.time_s / 1e-3);
+    EXPECT_EQ(k, last + 1 + t.skipped);  // every millisecond once, none twice
+    last = k;
+  }
+  EXPECT_GT(last, 2400);
+}
+#endif
 
 TEST(Run, EndsInSafeWithExitCodeOneWhenASensorFails) {
   const Folder folder;
@@ -155,7 +190,15 @@ TEST(Faults, OfProcessesLeaveTheNodeSafeAndTheLogReadable) {
     if (!stood_still) {
       EXPECT_GT(p.log_ticks, 100);
     }
-    const bool killed = p.name == "SIGKILL" || p.name == "SIGSEGV" || p.name == "disk full";
+    const bool no_disk = p.name == "disk full" || p.name == "disk read-only";
+    const bool killed = p.name == "SIGKILL" || p.name == "SIGSEGV" || no_disk;
+    if (no_disk) {
+      EXPECT_EQ(p.exit_code, 1);
+    }
+    if (p.name == "disk 300 ms slow" && !stood_still) {
+      EXPECT_EQ(p.exit_code, 0);  // the tick does not wait for it
+      EXPECT_GT(p.log_ticks, 2900);
+    }
     if (!stood_still) {
       EXPECT_EQ(p.log_closed, !killed);
     }

@@ -47,16 +47,19 @@ std::vector<Comparison> comparisons(const PrintedTable& printed, std::size_t row
   return all;
 }
 
-std::vector<ReproducedCase> simulation_table(const std::string& name, const std::string& file,
-                                             const std::string& kind) {
-  const PrintedTable printed = PrintedTable::shipped(file);
+}  // namespace
+
+std::vector<ReproducedCase> simulation_table(const std::string& table) {
+  const std::string kind = table == "table-6-1" ? "cycloidal" : "sine";
+  const PrintedTable printed =
+      PrintedTable::shipped(kind == "sine" ? "table_6-2_sim_vertical_sine" : "table_6-1_sim_vertical_cycloidal");
   std::vector<ReproducedCase> cases;
   for (const std::string& parameters : simulation_parameters())
     for (std::size_t row = 0; row < printed.rows(); ++row) {
       const std::string& motor = printed.text(row, "motor");
       const double payload_kg = printed.number(row, "payload_kg").value;
       ReproducedCase c;
-      c.table = name;
+      c.table = table;
       c.parameters = parameters;
       c.variant = thesis_variant(motor, parameters);
       c.name = fmt::format("{}, {} kg", c.variant.name, payload_kg);
@@ -66,12 +69,5 @@ std::vector<ReproducedCase> simulation_table(const std::string& name, const std:
     }
   return cases;
 }
-
-}  // namespace
-
-std::vector<ReproducedCase> table_6_1() {
-  return simulation_table("table-6-1", "table_6-1_sim_vertical_cycloidal", "cycloidal");
-}
-std::vector<ReproducedCase> table_6_2() { return simulation_table("table-6-2", "table_6-2_sim_vertical_sine", "sine"); }
 
 }  // namespace solenoid
