@@ -2,12 +2,14 @@
 
 #include "core/actuator/valves.hpp"
 #include "experiments/campaign/campaign.hpp"
+#include "tests/experiments/program_under_test.hpp"
 
 #include <cmath>
 #include <limits>
 #include <random>
 
 #include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
 
 namespace solenoid {
 namespace {
@@ -120,6 +122,26 @@ TEST(Trace, DamagedBytesAreRefused) {
   for (std::size_t size = 0; size < bytes.size(); size += 7)
     EXPECT_THROW(decode_trace(std::string_view(bytes).substr(0, size)), std::invalid_argument) << size;
   EXPECT_THROW(decode_trace("variant,scenario\n"), std::invalid_argument);
+}
+
+TEST(Trace, TheReportsPageReadsTheSameNumbers) {
+  if (std::system("command -v node >/dev/null 2>&1") != 0) GTEST_SKIP() << "needs: apt-get install nodejs";
+  Trace trace = random_trace(3000, 6);
+  auto& positions = trace.signals[1].values;
+  positions[1234] = 0.5;  // peaks of one sample
+  positions[2345] = -0.5;
+  std::fill(positions.begin() + 2900, positions.end(), std::numeric_limits<double>::quiet_NaN());
+  const test::Folder folder;
+  folder.write("run.trace", encode_trace(trace));
+  nlohmann::json numbers = {{"tick", trace.ticks}};
+  for (const Trace::Signal& signal : trace.signals) numbers[signal.name] = signal.values;  // NaN becomes null
+  folder.write("numbers.json", numbers.dump());
+  const std::string command = "cd '" + folder.path() +
+                              "' && node '" SOLENOID_SOURCE_DIR
+                              "/tests/experiments/trace_reader.mjs' '" SOLENOID_SOURCE_DIR
+                              "/experiments/report/assets/trace.js' run.trace numbers.json >out 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  EXPECT_EQ(test::text_of(folder / "out"), "same\n");
 }
 
 TEST(TraceOverview, LosesNoPeak) {
