@@ -9,6 +9,7 @@
 #include "experiments/log/trace.hpp"
 
 #include <filesystem>
+#include <numeric>
 #include <optional>
 
 #include <fmt/format.h>
@@ -19,13 +20,13 @@ namespace {
 
 using Records = std::vector<std::optional<RunRecord>>;
 
-/// What a worker does; its text is a line with the run's record, then its trace.
-std::string simulate_run(const Campaign& campaign, const CampaignRun& run) {
+/// What a worker does; its text is a line with the run's record, then its trace if that is kept.
+std::string simulate_run(const Campaign& campaign, const CampaignRun& run, bool traced) {
   const VariantConfig& variant = campaign.variants[run.variant];
   const ScenarioConfig& scenario = campaign.scenarios[run.scenario];
   const RunResult result = simulate(variant, scenario, run.seed);
   return to_json(record_of(campaign, run, result.metrics)).dump() + "\n" +
-         encode_trace(make_trace(variant, scenario, result.ticks));
+         (traced ? encode_trace(make_trace(variant, scenario, result.ticks)) : std::string());
 }
 
 RunRecord record_of(const Campaign& campaign, const CampaignRun& run, const Outcome& outcome) {
@@ -54,7 +55,7 @@ bool fill(const Campaign& campaign, int jobs, ResultsFolder& folder, Records& re
   events.waiting = [&] { progress.tick(); };
   events.interrupted = [] { return InterruptGuard::raised(); };
   return work_in_processes(
-      todo, jobs, [&](std::size_t i) { return simulate_run(campaign, campaign.runs[i]); }, events);
+      todo, jobs, [&](std::size_t i) { return simulate_run(campaign, campaign.runs[i], true); }, events);
 }
 
 }  // namespace
@@ -66,6 +67,25 @@ std::string new_results_folder(const std::string& name) {
   // A number when two campaigns start within a second.
   for (int i = 2; std::filesystem::exists(path, ignored); ++i) path = fmt::format("{}-{}", base, i);
   return path;
+}
+
+std::optional<std::vector<RunRecord>> run_in_processes(const Campaign& campaign, int jobs) {
+  const InterruptGuard guard;
+  std::vector<std::size_t> all(campaign.runs.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  std::vector<RunRecord> records(all.size());
+  PoolEvents events;
+  events.started = [](std::size_t) {};
+  events.ended = [&](std::size_t i, const Outcome& outcome) {
+    records[i] = record_of(campaign, campaign.runs[i], outcome);
+  };
+  events.waiting = [] {};
+  events.interrupted = [] { return InterruptGuard::raised(); };
+  const bool done = work_in_processes(
+      all, jobs > 0 ? jobs : this_machine().cores,
+      [&](std::size_t i) { return simulate_run(campaign, campaign.runs[i], false); }, events);
+  if (!done) return std::nullopt;
+  return records;
 }
 
 CampaignResult run_campaign(const Campaign& campaign, const CampaignOptions& options) {

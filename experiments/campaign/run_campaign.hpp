@@ -2,6 +2,7 @@
 
 #include "experiments/campaign/run_record.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,5 +27,9 @@ std::string new_results_folder(const std::string& name);
 /// same records to the last bit whatever the jobs, solver times aside. Throws OutputError when the folder cannot be
 /// written.
 CampaignResult run_campaign(const Campaign& campaign, const CampaignOptions& options);
+
+/// The records of a campaign's runs in canonical order, nothing kept on disk and nothing said; nothing if interrupted.
+/// jobs 0: one a core.
+std::optional<std::vector<RunRecord>> run_in_processes(const Campaign& campaign, int jobs);
 
 }  // namespace solenoid

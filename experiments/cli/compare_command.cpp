@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -48,7 +49,8 @@ std::unique_ptr<LiveServer> serve(const Campaign& campaign, Options& options) {
 
 int compare(Options options) {
   const Campaign campaign = read_campaign(options.campaign, options.selection);
-  const InterruptGuard guard;
+  std::optional<InterruptGuard> guard;  // a live page stays until Ctrl-C
+  if (options.live) guard.emplace();
   const std::unique_ptr<LiveServer> server = serve(campaign, options);
   const CampaignResult result = run_campaign(campaign, options.run);
   write_standard_output(report(result, options));

@@ -1,0 +1,84 @@
+#include "core/config/reader.hpp"
+#include "experiments/campaign/files.hpp"
+#include "experiments/campaign/interrupt.hpp"
+#include "experiments/campaign/machine.hpp"
+#include "experiments/cli/commands.hpp"
+#include "experiments/report/text_table.hpp"
+#include "experiments/tune/tune_report.hpp"
+
+#include <cstdio>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+namespace solenoid {
+namespace {
+
+struct Options {
+  TuneSettings settings;
+  std::vector<std::string> free;
+  std::string format = "table";
+};
+
+/// The picture is no reason to lose what was found.
+void try_to_draw(const TuneResult& result) {
+  try {
+    draw_tuning(result, result.folder + "/history.svg");
+  } catch (const ConfigError& error) {
+    fmt::print(stderr, "solenoid: no picture: {}\n", error.what());
+  }
+}
+
+int run_tuning(Options& options) {
+  TuneSettings& settings = options.settings;
+  for (const std::string& text : options.free) settings.free.push_back(parse_free_parameter(text));
+  if (settings.out.empty()) settings.out = fmt::format("results/tune-{}-{}", settings.variant, compact_timestamp());
+  const InterruptGuard guard;
+  const TuneResult result = tune(settings, [&](const TuneResult& so_far) {
+    fmt::print(stderr, "{}\n", tune_progress(settings, so_far));
+    std::fflush(stderr);
+  });
+  if (!result.steps.empty()) {
+    write_standard_output(options.format == "json" ? tune_json(settings, result)
+                                                   : tune_text(settings, result, colour_wanted()));
+    try_to_draw(result);
+  }
+  if (!result.interrupted) return success;
+  fmt::print(stderr, "solenoid: interrupted after {} steps; the same command with --out {} resumes\n",
+             result.steps.size(), result.folder);
+  return interrupted;
+}
+
+}  // namespace
+
+void add_tune(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  TuneSettings& s = options->settings;
+  CLI::App* command =
+      app.add_subcommand("tune", "search a variant's numbers on training plants, judge on held-out ones");
+  command->add_option("variant", s.variant, "a variant of the campaign or a shipped one")->required();
+  command
+      ->add_option(
+          "--free", options->free,
+          "a key of the variant and its range, repeatable: cost.switching=1e-9..1e-6:log, horizon.steps=20..100:whole")
+      ->required();
+  command->add_option("--campaign", s.campaign,
+                      "file or shipped campaign; scenarios named held_out... judge, the others train; default tuning");
+  command->add_option("--algorithm", s.algorithm, "of NLopt; default subplex")->check(CLI::IsMember(tune_algorithms()));
+  command->add_option("--evaluations", s.evaluations, "at most; default 60")->check(CLI::Range(1, 100000));
+  command->add_option("--patience", s.patience, "end after so many without a better one; default 25")
+      ->check(CLI::Range(1, 100000));
+  command
+      ->add_option("--switches", s.switches_per_s, "coil switches a second that cost nothing; default: the variant's")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--air", s.air_g, "supply air a run that costs nothing [g]; default: the variant's")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--jobs", s.jobs, "worker processes; default: one a core")->check(CLI::Range(1, 1024));
+  command->add_option("--out", s.out, "folder; one that is there already is resumed");
+  command->add_option("--format", options->format, "table or json, on standard output")
+      ->check(CLI::IsMember({"table", "json"}));
+  command->callback([options, &exit_code] { exit_code = run_tuning(*options); });
+}
+
+}  // namespace solenoid

@@ -1,0 +1,313 @@
+#include "experiments/tune/tune.hpp"
+
+#include "core/config/reader.hpp"
+#include "experiments/campaign/files.hpp"
+#include "experiments/campaign/interrupt.hpp"
+#include "experiments/campaign/run_campaign.hpp"
+#include "experiments/report/ranking.hpp"
+#include "experiments/tune/history.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <memory>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlopt.h>
+#include <toml++/toml.h>
+
+namespace solenoid {
+namespace {
+
+constexpr double effort_weight = 5.0, bad_weight = 10.0;
+constexpr double first_step = 0.15;  // of each range
+constexpr double converged = 0.01;   // of each range
+constexpr std::string_view held_out_prefix = "held_out";
+
+struct Algorithm {
+  const char* name;
+  nlopt_algorithm id;
+};
+constexpr std::array algorithms = {Algorithm{"subplex", NLOPT_LN_SBPLX}, Algorithm{"nelder_mead", NLOPT_LN_NELDERMEAD},
+                                   Algorithm{"bobyqa", NLOPT_LN_BOBYQA}, Algorithm{"cobyla", NLOPT_LN_COBYLA},
+                                   Algorithm{"direct", NLOPT_GN_DIRECT_L}};
+
+std::string text_of(const toml::table& table) {
+  std::ostringstream out;
+  out << toml::toml_formatter{table, toml::format_flags::none} << '\n';
+  return out.str();
+}
+
+/// What J adds for effort beyond the limits.
+double effort_excess(const Score& s, const EffortLimits& limits) {
+  const auto excess = [](double used, double limit) { return used > limit ? std::log(used / limit) : 0.0; };
+  return effort_weight * (excess(s.switches_per_s, limits.switches_per_s) + excess(s.air_g, limits.air_g));
+}
+
+/// The table a dotted key lies in, and the key there.
+std::pair<toml::table*, std::string> place_of(toml::table& table, const std::string& key) {
+  const std::size_t dot = key.find('.');
+  if (dot == std::string::npos) return {&table, key};
+  const std::string head = key.substr(0, dot);
+  if (!table.contains(head)) table.insert(head, toml::table{});
+  if (!table[head].is_table()) throw ConfigError(fmt::format("--free: '{}' is no table of the variant", head));
+  return place_of(*table[head].as_table(), key.substr(dot + 1));
+}
+
+/// Campaigns of one variant with values of ours, made from text: what the reader refuses it refuses here.
+class Candidates {
+ public:
+  Candidates(const TuneSettings& settings) : settings_(settings) {
+    const Campaign all = read_campaign(settings.campaign, {{settings.variant}, {}});
+    document_ = toml::parse(all.resolved_toml);
+    for (const InputFile& input : all.inputs) {
+      const std::filesystem::path path = folder_.path() / input.name;
+      create_folder(path.parent_path().string());
+      write_file_atomically(path.string(), input.text);
+    }
+    for (const ScenarioConfig& s : all.scenarios)
+      (s.name.starts_with(held_out_prefix) ? held_out_ : training_).push_back(s.name);
+    if (training_.empty() || held_out_.empty())
+      throw ConfigError(
+          fmt::format("{}: {} scenarios to train on, {} held out (allowed: some of each; those whose names "
+                      "begin with {} are held out)",
+                      settings.campaign, training_.size(), held_out_.size(), held_out_prefix));
+    for (const CampaignRun& run : all.runs) identity_ += run.hash;
+    identity_ = fingerprint(identity_);
+  }
+
+  /// Of the campaign before any value is set.
+  const std::string& identity() const { return identity_; }
+  Campaign training(const std::vector<double>& values) { return read(values, training_); }
+  Campaign held_out(const std::vector<double>& values) { return read(values, held_out_); }
+
+  /// What the variant has now, where it says; the middle of the range where it does not.
+  std::vector<double> start() {
+    std::vector<double> values;
+    for (const FreeParameter& p : settings_.free) {
+      const auto [table, key] = place_of(variant_of(document_), p.key);
+      const auto said = (*table)[key].value<double>();
+      values.push_back(p.at(said ? p.point(*said) : 0.5));
+    }
+    return values;
+  }
+
+  /// The variant and NAME_tuned on the held-out scenarios.
+  std::string tuned_campaign(const std::vector<double>& values) {
+    toml::table document = document_;
+    toml::table tuned = variant_of(document);
+    set(tuned, values);
+    const std::string name = settings_.variant + "_tuned";
+    document["variants"].as_array()->push_back(name);
+    document["variant"].as_table()->insert(name, tuned);
+    toml::array scenarios;
+    for (const toml::node& scenario : *document_["scenario"].as_array())
+      if (scenario.as_table()->get("name")->value<std::string>()->starts_with(held_out_prefix))
+        scenarios.push_back(*scenario.as_table());
+    document.insert_or_assign("scenario", scenarios);
+    return text_of(document);
+  }
+
+ private:
+  toml::table& variant_of(toml::table& document) { return *document["variant"][settings_.variant].as_table(); }
+
+  void set(toml::table& variant, const std::vector<double>& values) const {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const auto [table, key] = place_of(variant, settings_.free[i].key);
+      if (settings_.free[i].scale == FreeParameter::Scale::whole)
+        table->insert_or_assign(key, static_cast<std::int64_t>(values[i]));
+      else
+        table->insert_or_assign(key, values[i]);
+    }
+  }
+
+  Campaign read(const std::vector<double>& values, const std::vector<std::string>& scenarios) {
+    toml::table document = document_;
+    set(variant_of(document), values);
+    const std::string path = (folder_.path() / "candidate.toml").string();
+    write_file_atomically(path, text_of(document));
+    return read_campaign(path, {{settings_.variant}, scenarios});
+  }
+
+  const TuneSettings& settings_;
+  TemporaryFolder folder_;
+  toml::table document_;
+  std::vector<std::string> training_, held_out_;
+  std::string identity_;
+};
+
+/// NLopt's loop around the campaigns: each value it asks for once.
+class Tuner {
+ public:
+  Tuner(const TuneSettings& settings, const std::function<void(const TuneResult&)>& progress)
+      : settings_(settings), progress_(progress), candidates_(settings) {
+    create_folder(settings.out);
+    result_.folder = settings.out;
+    std::string identity = candidates_.identity();
+    for (const FreeParameter& p : settings.free)
+      identity += fmt::format(" {}={}..{}:{}", p.key, p.low, p.high, static_cast<int>(p.scale));
+    identity += fmt::format(" {} {} {}", settings.algorithm, settings.switches_per_s.value_or(-1.0),
+                            settings.air_g.value_or(-1.0));
+    history_ = std::make_unique<TuneHistory>(settings.out, settings.free, fingerprint(identity));
+  }
+
+  TuneResult run() {
+    const std::vector<double> start = candidates_.start();
+    if (!begin_with(start)) return finish("interrupted");
+    const auto count = static_cast<unsigned>(settings_.free.size());
+    const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt)> search(nlopt_create(algorithm(), count), nlopt_destroy);
+    search_ = search.get();
+    nlopt_set_min_objective(search_, &Tuner::objective, this);
+    nlopt_set_lower_bounds1(search_, 0.0);
+    nlopt_set_upper_bounds1(search_, 1.0);
+    nlopt_set_initial_step1(search_, first_step);
+    nlopt_set_xtol_abs1(search_, converged);
+    std::vector<double> point;
+    for (std::size_t i = 0; i < count; ++i) point.push_back(settings_.free[i].point(start[i]));
+    double least = 0.0;
+    nlopt_optimize(search_, point.data(), &least);
+    if (failure_) std::rethrow_exception(failure_);
+    return finish(ended_.empty() ? "converged" : ended_);
+  }
+
+ private:
+  nlopt_algorithm algorithm() const {
+    for (const Algorithm& a : algorithms)
+      if (settings_.algorithm == a.name) return a.id;
+    throw ConfigError(fmt::format("--algorithm: '{}' is not known (allowed: {})", settings_.algorithm,
+                                  fmt::join(tune_algorithms(), ", ")));
+  }
+
+  static double objective(unsigned count, const double* point, double*, void* self) {
+    return static_cast<Tuner*>(self)->objective_at({point, count});
+  }
+
+  double objective_at(std::span<const double> point) {
+    std::vector<double> values;
+    for (std::size_t i = 0; i < point.size(); ++i) values.push_back(settings_.free[i].at(point[i]));
+    for (const TuneStep& step : result_.steps)  // rounding may ask for the same again
+      if (step.values == values) return step.training.objective;
+    try {
+      if (!evaluate(values)) stop("interrupted");
+    } catch (...) {
+      failure_ = std::current_exception();
+      stop("failed");
+    }
+    const auto tried = static_cast<int>(result_.steps.size()) - 1;
+    if (tried >= settings_.evaluations) stop("evaluations");
+    if (tried - static_cast<int>(best_) >= settings_.patience) stop("patience");
+    return result_.steps.back().training.objective;
+  }
+
+  void stop(const char* why) {
+    if (ended_.empty()) ended_ = why;
+    nlopt_force_stop(search_);
+  }
+
+  /// The first step: the variant as it is, which sets the limits that the user did not. False if interrupted.
+  bool begin_with(const std::vector<double>& start) {
+    constexpr double none = std::numeric_limits<double>::infinity();
+    result_.limits = {none, none};
+    const TuneStep* known = history_->find(start);
+    const auto training = known ? std::optional(known->training) : score(candidates_.training(start));
+    if (!training) return false;
+    result_.limits = {settings_.switches_per_s.value_or(training->switches_per_s),
+                      settings_.air_g.value_or(training->air_g)};
+    TuneStep step = known ? *known : TuneStep{start, with_limits(*training), {}};
+    return add(std::move(step));
+  }
+
+  std::optional<Score> score(const Campaign& campaign) const {
+    const auto records = run_in_processes(campaign, settings_.jobs);
+    if (!records) return std::nullopt;
+    return score_of(*records, result_.limits);
+  }
+
+  /// The next step; false if interrupted.
+  bool evaluate(const std::vector<double>& values) {
+    if (const TuneStep* known = history_->find(values)) return add(*known);
+    const auto training = score(candidates_.training(values));
+    return training && add({values, *training, {}});
+  }
+
+  /// Judges an improvement by the held-out scenarios and keeps the step; false if interrupted.
+  bool add(TuneStep step) {
+    const bool better = result_.steps.empty() || step.training.objective < result_.steps[best_].training.objective;
+    if (better && !step.held_out) {
+      step.held_out = score(candidates_.held_out(step.values));
+      if (!step.held_out) return false;
+    }
+    result_.steps.push_back(step);
+    if (better) best_ = result_.steps.size() - 1;
+    choose();
+    history_->write(result_.steps);
+    if (progress_) progress_(result_);
+    return true;
+  }
+
+  Score with_limits(Score s) const {
+    s.objective += effort_excess(s, result_.limits);
+    return s;
+  }
+
+  void choose() {
+    for (std::size_t i = 0; i < result_.steps.size(); ++i) {
+      const auto& held_out = result_.steps[i].held_out;
+      if (held_out && held_out->objective < result_.steps[result_.chosen].held_out->objective) result_.chosen = i;
+    }
+  }
+
+  TuneResult finish(const std::string& ended) {
+    result_.ended = ended;
+    result_.interrupted = ended == "interrupted";
+    if (!result_.steps.empty())
+      write_file_atomically(settings_.out + "/tuned.toml",
+                            candidates_.tuned_campaign(result_.steps[result_.chosen].values));
+    return std::move(result_);
+  }
+
+  const TuneSettings& settings_;
+  const std::function<void(const TuneResult&)>& progress_;
+  Candidates candidates_;
+  std::unique_ptr<TuneHistory> history_;
+  TuneResult result_;
+  std::size_t best_ = 0;
+  nlopt_opt search_ = nullptr;
+  std::string ended_;
+  std::exception_ptr failure_;
+};
+
+}  // namespace
+
+Score score_of(std::span<const RunRecord> records, const EffortLimits& limits) {
+  Score s;
+  s.runs = static_cast<int>(records.size());
+  s.bad = static_cast<int>(std::ranges::count_if(records, [](const RunRecord& r) { return !r.ok(); }));
+  const Ranking ranking = rank_variants(records);
+  s.objective = bad_weight * s.bad / std::max(1, s.runs);
+  if (ranking.variants.empty() || !ranking.variants.front().ranked) return s.objective += bad_weight, s;
+  const RankedVariant& v = ranking.variants.front();
+  s.rmse_mm = v.rmse_mm;
+  s.worst_rmse_mm = v.worst_rmse_mm;
+  s.switches_per_s = v.switches_per_s;
+  s.air_g = v.air_g;
+  s.objective += std::log(s.rmse_mm) + effort_excess(s, limits);
+  return s;
+}
+
+std::vector<std::string> tune_algorithms() {
+  std::vector<std::string> names;
+  for (const Algorithm& a : algorithms) names.push_back(a.name);
+  return names;
+}
+
+TuneResult tune(const TuneSettings& settings, const std::function<void(const TuneResult&)>& progress) {
+  if (settings.free.empty()) throw ConfigError("--free: nothing to tune (allowed: at least one key with a range)");
+  return Tuner(settings, progress).run();
+}
+
+}  // namespace solenoid

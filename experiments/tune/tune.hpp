@@ -1,0 +1,69 @@
+#pragma once
+
+#include "experiments/campaign/run_record.hpp"
+#include "experiments/tune/free_parameter.hpp"
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace solenoid {
+
+/// How good a variant is on a group of scenarios. What is minimised:
+///
+///     J = ln(RMSE) + 5 max(0, ln(s / s_max)) + 5 max(0, ln(a / a_max)) + 10 bad / runs
+///
+/// RMSE the geometric mean of the true position's over the runs [mm], s coil switches per second, a supply air of a run
+/// [g], bad the runs that did not end well.
+struct Score {
+  double objective = 0.0, rmse_mm = 0.0, worst_rmse_mm = 0.0, switches_per_s = 0.0, air_g = 0.0;
+  int runs = 0, bad = 0;
+};
+
+/// What J forgives.
+struct EffortLimits {
+  double switches_per_s = 0.0, air_g = 0.0;
+};
+Score score_of(std::span<const RunRecord> records, const EffortLimits& limits);
+
+/// A tuning run: which keys of a variant, how judged, how long.
+struct TuneSettings {
+  std::string campaign = "tuning", variant;
+  std::vector<FreeParameter> free;
+  std::string algorithm = "subplex";            ///< of tune_algorithms()
+  int evaluations = 60;                         ///< on the training scenarios, at most
+  int patience = 25;                            ///< ends after so many without a better one
+  std::optional<double> switches_per_s, air_g;  ///< limits of the effort; none: what the variant needs as it is
+  int jobs = 0;                                 ///< worker processes; 0: one a core
+  std::string out;                              ///< folder; one that is there already is resumed
+};
+/// NLopt's, all without derivatives and deterministic.
+std::vector<std::string> tune_algorithms();
+
+/// One set of values tried. Held-out scenarios are looked at when the training objective has improved.
+struct TuneStep {
+  std::vector<double> values;  ///< of `free`
+  Score training;
+  std::optional<Score> held_out;
+};
+
+struct TuneResult {
+  std::vector<TuneStep> steps;  ///< steps[0]: the variant as it is
+  std::size_t chosen = 0;       ///< of the improvements, the one that is best on the held-out scenarios
+  EffortLimits limits;
+  bool interrupted = false;
+  std::string ended;  ///< "evaluations" | "patience" | "converged" | "interrupted"
+  std::string folder;
+};
+
+/// Scenarios whose names begin with "held_out" judge; the others train. Early stopping: what is chosen is the
+/// improvement with the least held-out objective, so later ones that only fit the training scenarios are not. The
+/// folder gets history.csv, which an interrupted run resumes from without repeating an evaluation, and tuned.toml, a
+/// campaign of the held-out scenarios with the variant and VARIANT_tuned. `progress` is called after each step. Throws
+/// ConfigError for an unknown variant, a key the variant cannot have, a campaign without either kind of scenario, or a
+/// folder with another tuning run in it.
+TuneResult tune(const TuneSettings& settings, const std::function<void(const TuneResult&)>& progress = {});
+
+}  // namespace solenoid
