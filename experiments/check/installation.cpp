@@ -78,8 +78,9 @@ std::vector<Check> check_installation() {
       library("CLI11", CLI11_VERSION),
       library("nlohmann/json", fmt::format("{}.{}.{}", NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
                                            NLOHMANN_JSON_VERSION_PATCH))};
-  const auto versions = debian_versions({"libtomlplusplus-dev", "libxsimd-dev", "libboost-dev", "coinor-libipopt-dev",
-                                         "coinor-libbonmin-dev", "libcomedi-dev"});
+  const auto versions =
+      debian_versions({"libtomlplusplus-dev", "libxsimd-dev", "libboost-dev", "coinor-libipopt-dev", "libnlopt-dev",
+                       "pybind11-dev", "python3-numpy", "coinor-libbonmin-dev", "libcomedi-dev"});
   for (const auto& [name, package] : {std::pair{"toml++", "libtomlplusplus-dev"}, {"xsimd", "libxsimd-dev"}})
     if (const auto found = versions.find(package); found != versions.end())
       checks.push_back(library(name, found->second));
@@ -88,6 +89,9 @@ std::vector<Check> check_installation() {
   checks.push_back(optional_library("Ipopt", "coinor-libipopt-dev", "nonlinear reference solver", versions));
   checks.push_back(optional_library("Bonmin", "coinor-libbonmin-dev", "mixed-integer reference solver", versions));
   checks.push_back(optional_library("comedi", "libcomedi-dev", "the rig's data acquisition", versions));
+  checks.push_back(optional_library("NLopt", "libnlopt-dev", "tuning", versions));
+  checks.push_back(optional_library("pybind11", "pybind11-dev", "the Python package", versions));
+  checks.push_back(optional_library("NumPy", "python3-numpy", "the Python package", versions));
   const ComediSupport comedi = comedi_support();
   checks.push_back({"optional", "comedi driver", comedi.built && comedi.library ? "ok" : "missing", comedi.detail});
   checks.push_back(optional_program("python3", "python3", "tests of the script and logs"));
