@@ -105,8 +105,8 @@ std::string report_page(const Json& data, const std::vector<EmbeddedTrace>& trac
 }
 
 std::string report_of_folder(const std::string& folder, bool full) {
-  require_uplot();  // before the work
   const Results results = read_results(folder);
+  require_uplot();  // before what takes time
   std::map<std::string, RunCurves> curves;
   std::vector<EmbeddedTrace> traces;
   for (const StoredRun& run : results.runs) {
