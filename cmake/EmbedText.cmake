@@ -1,12 +1,19 @@
-# solenoid_embed_texts(<target> <files...>): the files' contents inside the target, so that an installed program needs no
-# data folder. Names are relative to the calling folder; experiments/embedded.hpp declares how to read them.
+# solenoid_embed_texts(<target> <files...> [ALIASED <folder> <files...>]): the files' contents inside the target, so that an
+# installed program needs no data folder. Names are relative to the calling folder, those after ALIASED <folder>/<file's own name>;
+# experiments/embedded.hpp declares how to read them.
 function(solenoid_embed_texts target)
+  cmake_parse_arguments(arg "" "" "ALIASED" ${ARGN})
+  list(POP_FRONT arg_ALIASED folder)
   set(cases "")
   set(names "")
-  foreach(file IN LISTS ARGN)
+  foreach(file IN LISTS arg_UNPARSED_ARGUMENTS arg_ALIASED)
     set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
     file(READ ${file} text)
     file(RELATIVE_PATH name ${CMAKE_CURRENT_SOURCE_DIR} ${file})
+    if(file IN_LIST arg_ALIASED)
+      get_filename_component(name ${file} NAME)
+      string(PREPEND name ${folder}/)
+    endif()
     string(APPEND cases "  if (name == \"${name}\") return R\"_text_(${text})_text_\";\n")
     string(APPEND names "\"${name}\", ")
   endforeach()

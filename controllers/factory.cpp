@@ -1,5 +1,9 @@
 #include "controllers/factory.hpp"
 
+#include "controllers/baselines/extended_cost.hpp"
+#include "controllers/baselines/law_controller.hpp"
+#include "controllers/baselines/pulse_width_pid.hpp"
+#include "controllers/baselines/switching_hybrid.hpp"
 #include "controllers/mpc_controller.hpp"
 #include "controllers/relaxed_controller.hpp"
 #include "controllers/relaxed_solvers.hpp"
@@ -62,6 +66,23 @@ std::unique_ptr<Controller> make_relaxed(const VariantConfig& v, const Trajector
                                                            v.deadline_ms, std::move(estimator), v.use_estimate});
 }
 
+template <class Law, class... Settings>
+std::unique_ptr<Controller> make_law(const VariantConfig& v, const Trajectory& reference, Plane plane,
+                                     const Settings&... settings) {
+  const auto model = make_model<PneumaticActuator>(v, plane);
+  ModeSet modes = valve_modes(v.valves, model.parameters());
+  Law law(settings..., modes);
+  return std::make_unique<LawController<Law>>(
+      typename LawController<Law>::Parts{model, std::move(modes), std::move(law), reference, make_motor(v, model),
+                                         Estimator(v.estimator, model, v.estimation), v.use_estimate});
+}
+
+std::unique_ptr<Controller> make_lawful(const VariantConfig& v, const Trajectory& reference, Plane plane) {
+  if (v.solver == "pulse_width_pid") return make_law<PulseWidthPid>(v, reference, plane, v.pulse_width);
+  if (v.solver == "three_mode_sliding") return make_law<ThreeModeSliding>(v, reference, plane, v.sliding);
+  return make_law<SwitchingHybrid>(v, reference, plane, v.phases, v.sliding);
+}
+
 template <HybridModel Model>
 std::unique_ptr<Controller> make_mpc(const VariantConfig& v, const Trajectory& reference, Plane plane,
                                      SolverWrapper* wrapper) {
@@ -93,8 +114,10 @@ Problem<Model> make_problem(const VariantConfig& v, Plane plane) {
 template <HybridModel Model>
 std::unique_ptr<Solver<Model>> make_solver(const VariantConfig& v) {
   const std::string& name = v.solver;
+  if (v.lawful()) throw std::invalid_argument("'" + name + "' is a law, it has no solver");
   if (name == "exhaustive") return std::make_unique<BranchAndBound<Model>>(TreeSearchSettings{.prune = false});
   if (name == "branch_and_bound") return std::make_unique<BranchAndBound<Model>>();
+  if (name == "extended_cost") return std::make_unique<ExtendedCostSearch<Model>>(v.terminal_acceleration_weight);
   if (name == "sum_up_rounding" || name == "cia") {
     RelaxAndRoundSettings settings;
     if (name == "cia") settings.method = RoundingMethod::integral_approximation;
@@ -114,6 +137,7 @@ template std::unique_ptr<Solver<PrestabilisedActuator>> make_solver(const Varian
 
 std::unique_ptr<Controller> make_controller(const VariantConfig& v, const Trajectory& reference, Plane plane,
                                             SolverWrapper* wrapper) {
+  if (v.lawful()) return make_lawful(v, reference, plane);
   if (v.predicts_motor()) return make_mpc<PrestabilisedActuator>(v, reference, plane, wrapper);
   return make_mpc<PneumaticActuator>(v, reference, plane, wrapper);
 }

@@ -1,5 +1,6 @@
 #include "controllers/variant.hpp"
 
+#include "controllers/baselines/read_law.hpp"
 #include "controllers/timing.hpp"
 #include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
@@ -21,13 +22,19 @@ const std::vector<std::string>& VariantChoices::estimate_uses() {
   return names;
 }
 const std::vector<std::string>& VariantChoices::solvers() {
-  static const std::vector<std::string> names = {"exhaustive", "branch_and_bound", "sum_up_rounding", "cia", "bonmin"};
+  static const std::vector<std::string> names = {
+      "exhaustive", "branch_and_bound", "extended_cost", "sum_up_rounding", "cia", "bonmin"};
   return names;
 }
 const std::vector<std::string>& VariantChoices::relaxed_solvers() {
   static const std::vector<std::string> names = {"sqp", "ipopt"};
   return names;
 }
+const std::vector<std::string>& VariantChoices::laws() {
+  static const std::vector<std::string> names = {"pulse_width_pid", "three_mode_sliding", "switching_hybrid"};
+  return names;
+}
+bool VariantConfig::lawful() const { return std::ranges::count(VariantChoices::laws(), solver) > 0; }
 bool VariantConfig::relaxed() const { return std::ranges::count(VariantChoices::relaxed_solvers(), solver) > 0; }
 const std::vector<std::string>& VariantChoices::motors() {
   static const std::vector<std::string> names = {"none", "pd", "inverse_dynamics", "in_prediction", "joint"};
@@ -81,6 +88,8 @@ void read_cost(TableReader& table, VariantConfig& v) {
   v.terminal_position_weight = cost.number_or("terminal_position", v.terminal_position_weight, weight);
   v.terminal_velocity_weight = cost.number_or("terminal_velocity", v.terminal_velocity_weight, weight);
   v.motor_weight = cost.number_or("motor", v.motor_weight, weight);
+  if (v.solver == "extended_cost")
+    v.terminal_acceleration_weight = cost.number_or("terminal_acceleration", 0.0, weight);
   cost.finish();
 }
 
@@ -103,7 +112,7 @@ void read_integral(TableReader& table, VariantConfig& v) {
 
 void read_motor(TableReader& table, VariantConfig& v) {
   v.motor = table.text_or("motor", v.motor, VariantChoices::motors());
-  if (v.motor == "joint" && (v.solver == "exhaustive" || v.solver == "branch_and_bound"))
+  if (v.motor == "joint" && (v.solver == "exhaustive" || v.solver == "branch_and_bound" || v.solver == "extended_cost"))
     table.fail("motor", fmt::format("'joint' needs a solver that chooses continuous inputs, not '{}' (allowed solvers: "
                                     "sum_up_rounding, cia, bonmin, sqp, ipopt)",
                                     v.solver));
@@ -125,7 +134,19 @@ void read_estimator(TableReader& table, VariantConfig& v) {
   v.use_estimate = {use.starts_with("payload"), use.ends_with("disturbance")};
   if ((v.use_estimate.payload || v.use_estimate.disturbance) && v.estimator == "thesis")
     table.fail("use_estimate", "the estimator 'thesis' has nothing but the state (allowed: state)");
-  v.latency_ticks = table.integer_or("latency_ticks", 0, 0, ticks_per_period);
+}
+
+}  // namespace
+
+namespace {
+
+/// What is left of a variant without a solver: its law, and no key that a law has no use for.
+VariantConfig read_law_variant(TableReader& table, VariantConfig v) {
+  read_model(table, v);
+  read_motor(table, v);
+  read_law(table, v);
+  table.finish();
+  return v;
 }
 
 }  // namespace
@@ -137,8 +158,11 @@ VariantConfig read_variant(TableReader& table, const std::string& name) {
   v.valves = table.text_or("valves", v.valves, valve_configurations());
   read_estimator(table, v);
   std::vector<std::string> solvers = VariantChoices::solvers();
-  solvers.insert(solvers.end(), VariantChoices::relaxed_solvers().begin(), VariantChoices::relaxed_solvers().end());
+  for (const auto* more : {&VariantChoices::relaxed_solvers(), &VariantChoices::laws()})
+    solvers.insert(solvers.end(), more->begin(), more->end());
   v.solver = table.text_or("solver", v.solver, solvers);
+  if (v.lawful()) return read_law_variant(table, v);
+  v.latency_ticks = table.integer_or("latency_ticks", 0, 0, ticks_per_period);
   if (table.has("deadline_ms")) v.deadline_ms = table.number("deadline_ms", Range::positive());
   read_model(table, v);
   read_horizon(table, v);
@@ -148,6 +172,10 @@ VariantConfig read_variant(TableReader& table, const std::string& name) {
   read_rounding(table, v);
   if (v.relaxed() && v.latency_ticks != 0)
     table.fail("latency_ticks", fmt::format("the solver '{}' works without latency (allowed: 0)", v.solver));
+  if (v.solver == "extended_cost" && v.blocks.size() > 1 && v.valves == "three_way")
+    table.fail("valves",
+               "extended_cost with more than one block closes every valve after the first (allowed: two_way, "
+               "three_mode, seven_mode)");
   table.finish();
   return v;
 }

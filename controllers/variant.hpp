@@ -1,5 +1,6 @@
 #pragma once
 
+#include "controllers/baselines/settings.hpp"
 #include "controllers/estimators/tuning.hpp"
 #include "controllers/integral_offset.hpp"
 #include "controllers/motor_laws.hpp"
@@ -38,11 +39,16 @@ struct VariantConfig {
   IntegralSettings integral;
   std::string motor = "none";
   MotorGains motor_gains;
-  bool rounding_improves = true;      ///< mode swaps and motor re-optimised after rounding
-  int relaxing_iterations = 15;       ///< of the relaxation before rounding
-  std::optional<double> deadline_ms;  ///< budget of one solve; none: to the end
+  bool rounding_improves = true;              ///< mode swaps and motor re-optimised after rounding
+  int relaxing_iterations = 15;               ///< of the relaxation before rounding
+  std::optional<double> deadline_ms;          ///< budget of one solve; none: to the end
+  double terminal_acceleration_weight = 0.0;  ///< of ExtendedCostSearch
+  PulseWidthSettings pulse_width;             ///< of the valve laws
+  SlidingSettings sliding;
+  PhaseSettings phases;
 
   bool relaxed() const;  ///< solver is one of VariantChoices::relaxed_solvers()
+  bool lawful() const;   ///< solver is one of VariantChoices::laws()
   bool hybrid() const { return motor != "none"; }
   /// Whether the prediction has the motor's law in it: the model is then PrestabilisedActuator.
   /// Whether the motor's law is in the prediction model; relaxed joint plans choose the whole force themselves.
@@ -55,6 +61,7 @@ struct VariantChoices {
   static const std::vector<std::string>& estimate_uses();
   static const std::vector<std::string>& solvers();          ///< of mode sequences: Solver
   static const std::vector<std::string>& relaxed_solvers();  ///< RelaxedSolver
+  static const std::vector<std::string>& laws();             ///< no solver at all: valves from the present state alone
   static const std::vector<std::string>& motors();
 };
 

@@ -102,7 +102,8 @@ std::optional<RunRecord> ResultsFolder::finished_before(const CampaignRun& run) 
   }
 }
 
-void ResultsFolder::add(const CampaignRun& run, const RunRecord& record) {
+void ResultsFolder::add(const CampaignRun& run, const RunRecord& record, std::string_view trace) {
+  if (!trace.empty()) write_file_atomically(file("runs/" + run.id + ".trace"), trace);
   write_file_atomically(file("runs/" + run.id + ".json"),
                         dump({{"configuration", run.hash}, {"run", to_json(record)}}));
   log(fmt::format("{}: {}", run.id, record.status));

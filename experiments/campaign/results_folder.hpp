@@ -19,6 +19,7 @@ namespace solenoid {
 ///   resolved.toml, inputs/   the campaign, to run again
 ///   manifest.json            program, machine, seeds, times, counts; status running | finished | interrupted | failed
 ///   runs/ID.json             each run as it ends
+///   runs/ID.trace            the same run over time (experiments/log/trace.hpp), if it is given
 ///   runs.csv                 all of them in canonical order; absent while the campaign runs
 ///   log.txt                  what happened when
 ///
@@ -31,7 +32,7 @@ class ResultsFolder {
   const std::string& path() const { return path_; }
   /// A run that ended before under the same configuration and program, failed ones excepted.
   std::optional<RunRecord> finished_before(const CampaignRun& run) const;
-  void add(const CampaignRun& run, const RunRecord& record);
+  void add(const CampaignRun& run, const RunRecord& record, std::string_view trace = {});
   void log(std::string_view line);
   /// Writes runs.csv and the last manifest.
   void close(std::string_view status, std::span<const RunRecord> records);

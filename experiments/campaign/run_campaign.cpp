@@ -6,6 +6,7 @@
 #include "experiments/campaign/processes.hpp"
 #include "experiments/campaign/progress.hpp"
 #include "experiments/campaign/results_folder.hpp"
+#include "experiments/log/trace.hpp"
 
 #include <filesystem>
 #include <numeric>
@@ -19,24 +20,22 @@ namespace {
 
 using Records = std::vector<std::optional<RunRecord>>;
 
-/// results/NAME-DATE-TIME, with a number when two campaigns start within a second.
-std::string new_folder(const std::string& name) {
-  const std::string base = fmt::format("results/{}-{}", name, compact_timestamp());
-  std::string path = base;
-  std::error_code ignored;
-  for (int i = 2; std::filesystem::exists(path, ignored); ++i) path = fmt::format("{}-{}", base, i);
-  return path;
-}
-
-/// What a worker does; its text is the run's record.
-std::string simulate_run(const Campaign& campaign, const CampaignRun& run) {
-  const RunResult result = simulate(campaign.variants[run.variant], campaign.scenarios[run.scenario], run.seed);
-  return to_json(record_of(campaign, run, result.metrics)).dump();
+/// What a worker does; its text is a line with the run's record, then its trace if that is kept.
+std::string simulate_run(const Campaign& campaign, const CampaignRun& run, bool traced) {
+  const VariantConfig& variant = campaign.variants[run.variant];
+  const ScenarioConfig& scenario = campaign.scenarios[run.scenario];
+  const RunResult result = simulate(variant, scenario, run.seed);
+  return to_json(record_of(campaign, run, result.metrics)).dump() + "\n" +
+         (traced ? encode_trace(make_trace(variant, scenario, result.ticks)) : std::string());
 }
 
 RunRecord record_of(const Campaign& campaign, const CampaignRun& run, const Outcome& outcome) {
   if (!outcome.done) return failed_record(campaign, run, outcome.text);
-  return record_from_json(nlohmann::ordered_json::parse(outcome.text));
+  return record_from_json(nlohmann::ordered_json::parse(outcome.text.substr(0, outcome.text.find('\n'))));
+}
+
+std::string_view trace_of(const Outcome& outcome) {
+  return outcome.done ? std::string_view(outcome.text).substr(outcome.text.find('\n') + 1) : std::string_view();
 }
 
 /// Does the runs that have no record yet; false if interrupted.
@@ -50,16 +49,25 @@ bool fill(const Campaign& campaign, int jobs, ResultsFolder& folder, Records& re
   events.started = [&](std::size_t i) { progress.started(campaign.runs[i].id); };
   events.ended = [&](std::size_t i, const Outcome& outcome) {
     records[i] = record_of(campaign, campaign.runs[i], outcome);
-    folder.add(campaign.runs[i], *records[i]);
+    folder.add(campaign.runs[i], *records[i], trace_of(outcome));
     progress.ended(campaign.runs[i].id, records[i]->status);
   };
   events.waiting = [&] { progress.tick(); };
   events.interrupted = [] { return InterruptGuard::raised(); };
   return work_in_processes(
-      todo, jobs, [&](std::size_t i) { return simulate_run(campaign, campaign.runs[i]); }, events);
+      todo, jobs, [&](std::size_t i) { return simulate_run(campaign, campaign.runs[i], true); }, events);
 }
 
 }  // namespace
+
+std::string new_results_folder(const std::string& name) {
+  const std::string base = fmt::format("results/{}-{}", name, compact_timestamp());
+  std::string path = base;
+  std::error_code ignored;
+  // A number when two campaigns start within a second.
+  for (int i = 2; std::filesystem::exists(path, ignored); ++i) path = fmt::format("{}-{}", base, i);
+  return path;
+}
 
 std::optional<std::vector<RunRecord>> run_in_processes(const Campaign& campaign, int jobs) {
   const InterruptGuard guard;
@@ -75,7 +83,7 @@ std::optional<std::vector<RunRecord>> run_in_processes(const Campaign& campaign,
   events.interrupted = [] { return InterruptGuard::raised(); };
   const bool done = work_in_processes(
       all, jobs > 0 ? jobs : this_machine().cores,
-      [&](std::size_t i) { return simulate_run(campaign, campaign.runs[i]); }, events);
+      [&](std::size_t i) { return simulate_run(campaign, campaign.runs[i], false); }, events);
   if (!done) return std::nullopt;
   return records;
 }
@@ -83,7 +91,7 @@ std::optional<std::vector<RunRecord>> run_in_processes(const Campaign& campaign,
 CampaignResult run_campaign(const Campaign& campaign, const CampaignOptions& options) {
   const int jobs = options.jobs > 0 ? options.jobs : this_machine().cores;
   const InterruptGuard guard;
-  ResultsFolder folder(options.out.empty() ? new_folder(campaign.name) : options.out, campaign, jobs);
+  ResultsFolder folder(options.out.empty() ? new_results_folder(campaign.name) : options.out, campaign, jobs);
   CampaignResult result;
   result.folder = folder.path();
   try {

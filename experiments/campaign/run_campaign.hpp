@@ -19,6 +19,9 @@ struct CampaignResult {
   bool interrupted = false;
 };
 
+/// results/NAME-DATE-TIME below the current folder, not there yet.
+std::string new_results_folder(const std::string& name);
+
 /// Runs a campaign into its results folder: each run in a process of its own, those already there under the same
 /// configuration taken as they are. Ctrl-C ends the workers and keeps what is finished. The same campaign gives the
 /// same records to the last bit whatever the jobs, solver times aside. Throws OutputError when the folder cannot be

@@ -1,5 +1,6 @@
 #include "experiments/build_info.hpp"
 #include "experiments/check/checks.hpp"
+#include "experiments/embedded.hpp"
 #include "experiments/rig/comedi_io.hpp"
 
 #include <cstdio>
@@ -94,8 +95,12 @@ std::vector<Check> check_installation() {
   const ComediSupport comedi = comedi_support();
   checks.push_back({"optional", "comedi driver", comedi.built && comedi.library ? "ok" : "missing", comedi.detail});
   checks.push_back(optional_program("python3", "python3", "tests of the script and logs"));
-  checks.push_back(optional_program("node", "nodejs", "building the report's plots"));
-  checks.push_back(optional_program("npm", "npm", "building the report's plots"));
+  const bool uplot = !embedded_text("uplot/uPlot.iife.min.js").empty();
+  checks.push_back({"optional", "uPlot", uplot ? "ok" : "missing",
+                    uplot ? "built in (curves of reports)"
+                          : "curves of reports: apt-get install npm, npm ci in the project's folder, build again"});
+  checks.push_back(optional_program("node", "nodejs", "tests of the report and logs"));
+  checks.push_back(optional_program("npm", "npm", "uPlot for reports"));
   checks.push_back(optional_program("chromium", "chromium", "testing the report"));
   return checks;
 }

@@ -1,14 +1,19 @@
 #include "core/config/reader.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/files.hpp"
+#include "experiments/campaign/interrupt.hpp"
 #include "experiments/campaign/run_campaign.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/live_options.hpp"
+#include "experiments/live/live_server.hpp"
 #include "experiments/report/comparison.hpp"
 #include "experiments/report/pareto.hpp"
 #include "experiments/report/text_table.hpp"
 
 #include <algorithm>
 #include <cstdio>
+#include <memory>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -22,7 +27,8 @@ struct Options {
   std::string campaign = "default", format = "table", pareto;
   CampaignOptions run;
   Selection selection;
-  bool details = false;
+  bool details = false, live = false;
+  int live_port = 0;
 };
 
 std::string report(const CampaignResult& result, const Options& options) {
@@ -32,8 +38,20 @@ std::string report(const CampaignResult& result, const Options& options) {
   return comparison_text(result.records, details, colour_wanted()) + fmt::format("Results: {}\n", result.folder);
 }
 
-int compare(const Options& options) {
+/// A page of the campaign's folder, if it is wanted.
+std::unique_ptr<LiveServer> serve(const Campaign& campaign, Options& options) {
+  if (!options.live) return nullptr;
+  if (options.run.out.empty()) options.run.out = new_results_folder(campaign.name);
+  auto server = std::make_unique<LiveServer>(campaign, options.run.out, options.live_port, LiveServer::Earlier::shown);
+  std::fprintf(stderr, "solenoid: live page at %s\n", server->url().c_str());
+  return server;
+}
+
+int compare(Options options) {
   const Campaign campaign = read_campaign(options.campaign, options.selection);
+  std::optional<InterruptGuard> guard;  // a live page stays until Ctrl-C
+  if (options.live) guard.emplace();
+  const std::unique_ptr<LiveServer> server = serve(campaign, options);
   const CampaignResult result = run_campaign(campaign, options.run);
   write_standard_output(report(result, options));
   if (result.interrupted) {
@@ -46,6 +64,7 @@ int compare(const Options& options) {
   if (options.format != "table") std::fprintf(stderr, "Results: %s\n", result.folder.c_str());
   const auto failed = std::count_if(result.records.begin(), result.records.end(), [](auto& r) { return r.failed(); });
   if (failed > 0) std::fprintf(stderr, "solenoid: %td runs failed\n", failed);
+  if (server) server->stay();
   return failed > 0 ? failure : success;
 }
 
@@ -68,6 +87,7 @@ void add_compare(CLI::App& app, int& exit_code) {
         const bool figure = path.ends_with(".svg") || path.ends_with(".png");
         return figure ? std::string() : "'" + path + "' (allowed: a file ending in .svg or .png)";
       });
+  add_live_options(*command, options->live, options->live_port);
   command->add_flag("--details", options->details, "every run below its scenario, however many");
   command->callback([options, &exit_code] { exit_code = compare(*options); });
 }

@@ -36,6 +36,7 @@ int run(int argc, char** argv) {
   solenoid::add_list(app, exit_code);
   solenoid::add_reproduce(app, exit_code);
   solenoid::add_plot(app, exit_code);
+  solenoid::add_report(app, exit_code);
   solenoid::add_check(app, exit_code);
   solenoid::add_scaling(app, exit_code);
   solenoid::add_profile(app, exit_code);

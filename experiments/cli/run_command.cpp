@@ -4,6 +4,8 @@
 #include "experiments/campaign/machine.hpp"
 #include "experiments/campaign/results_folder.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/live_options.hpp"
+#include "experiments/live/live_server.hpp"
 #include "experiments/rig/calibration.hpp"
 #include "experiments/rig/plants.hpp"
 #include "experiments/rig/preflight.hpp"
@@ -32,7 +34,8 @@ struct Options {
   std::uint64_t seed = 1;
   double duration_s = 0.0;
   int repeat = 1;
-  bool no_realtime = false, quiet = false;
+  bool no_realtime = false, quiet = false, live = false;
+  int live_port = 0;
 };
 
 std::atomic<bool> rearm_signal{false};
@@ -136,6 +139,12 @@ int run(const Options& chosen) {
   const Campaign campaign = campaign_of(options);
   const std::string folder = options.out.empty() ? "results/run-" + compact_timestamp() : options.out;
   const InterruptGuard guard;
+  std::optional<LiveServer> server;
+  if (options.live) {
+    server.emplace(campaign, folder, options.live_port, LiveServer::Earlier::repeated);
+    options.session.udp_ports.push_back(server->tick_port());
+    fmt::print(stderr, "live page at {}\n", server->url());
+  }
   std::signal(SIGUSR1, [](int) { rearm_signal.store(true); });
   ResultsFolder results(folder, campaign, 1);
   std::vector<RunRecord> records;
@@ -167,6 +176,7 @@ int run(const Options& chosen) {
   if (records.size() > 1) text += repeats_text(records);
   write_standard_output(options.format == "json" ? nlohmann::ordered_json{{"runs", list}}.dump(1) + "\n"
                                                  : text + fmt::format("Results: {}\n", folder));
+  if (server && !stopped) server->stay();
   return !clean ? failure : stopped ? interrupted : success;
 }
 
@@ -192,7 +202,8 @@ void add_realtime_options(CLI::App& command, Options& o) {
       ->check(CLI::Range(0.0, 3600.0));
   command.add_option("--lowering", o.session.ladder.lowering_s, "seconds of braking by the motor in SAFE; default 0")
       ->check(CLI::Range(0.0, 5.0));
-  command.add_option("--live", o.session.live_port, "send every tenth tick as JSON to this UDP port of 127.0.0.1")
+  command.add_option("--udp", o.session.udp_ports, "send every tenth tick as JSON to this UDP port of 127.0.0.1")
+      ->expected(1)
       ->check(CLI::Range(1, 65535));
 }
 
@@ -213,6 +224,7 @@ void add_run(CLI::App& app, int& exit_code) {
   command->add_option("--format", options->format, "table or json, on standard output")
       ->check(CLI::IsMember({"table", "json"}));
   command->add_flag("--quiet", options->quiet, "no status line");
+  add_live_options(*command, options->live, options->live_port);
   add_plant_options(*command, *options);
   add_realtime_options(*command, *options);
   command->footer(

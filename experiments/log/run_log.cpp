@@ -35,7 +35,7 @@ RunLog::RunLog(RunLogSettings settings, std::function<void(const TickRecord&)> k
       ring_(settings_.ring_ticks) {
   file_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (file_ < 0) throw OutputError(fmt::format("{}: cannot be written: {}", path_, std::strerror(errno)));
-  if (settings_.live_port > 0) live_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (!settings_.udp_ports.empty()) live_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   mcap_ = std::make_unique<McapWriter>([this](std::string_view bytes) { write_file(bytes); },
                                        "solenoid " + build_info().version);
   mcap_->write_metadata("run", settings_.about);
@@ -126,12 +126,14 @@ void RunLog::dump_black_box() {
 }
 
 void RunLog::send_live(const std::string& json) {
-  sockaddr_in to{};
-  to.sin_family = AF_INET;
-  to.sin_port = htons(static_cast<std::uint16_t>(settings_.live_port));
-  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  [[maybe_unused]] const ssize_t sent =  // nobody need listen
-      ::sendto(live_, json.data(), json.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+  for (const int port : settings_.udp_ports) {
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(static_cast<std::uint16_t>(port));
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    [[maybe_unused]] const ssize_t sent =  // nobody need listen
+        ::sendto(live_, json.data(), json.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+  }
 }
 
 std::uint64_t RunLog::time_ns(double time_s) const {

@@ -12,6 +12,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include <unistd.h>
 
@@ -25,7 +26,7 @@ struct RunLogSettings {
   std::size_t ring_ticks = 8192;             ///< the disk may stand still for so long
   std::size_t black_box_ticks = 2000;        ///< of the dump on a fault: so many before it
   double flush_s = 0.25;                     ///< a chunk of the log
-  int live_port = 0;                         ///< JSON over UDP to 127.0.0.1, every tenth tick; 0: none
+  std::vector<int> udp_ports;                ///< of 127.0.0.1, which get every tenth tick as JSON
   std::map<std::string, std::string> about;  ///< of the run: what a replay needs
   /// How bytes reach the file: as ::write, or a disk that fails on purpose.
   std::function<ssize_t(int file, const char* bytes, std::size_t size)> write = ::write;

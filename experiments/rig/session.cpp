@@ -217,7 +217,7 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
   log_settings.folder = settings.log_folder;
   log_settings.name = settings.log_name;
   log_settings.start_ns = wall_ns();
-  log_settings.live_port = settings.live_port;
+  log_settings.udp_ports = settings.udp_ports;
   log_settings.about = settings.about;
   log_settings.write = disk_with(settings.faults);
   if (!settings.at_start_position) {

@@ -32,7 +32,7 @@ struct SessionSettings {
   bool at_start_position = true;      ///< the plant stands where the task begins
   double rearm_wait_s = 0.0;          ///< in SAFE: wait so long for a re-arm before the run ends
   std::string log_folder, log_name = "run";
-  int live_port = 0;
+  std::vector<int> udp_ports;  ///< of 127.0.0.1, which get every tenth tick as JSON
   std::map<std::string, std::string> about;
   std::function<void()> after_last_tick = [] {};  ///< before the log is closed: the plant's own safe state
 };

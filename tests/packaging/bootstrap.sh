@@ -2,6 +2,7 @@
 # The bootstrap script against a machine that lacks packages: dpkg-query, apt-get, sudo, id and cmake are stand-ins that
 # record what they are asked. Arguments: the repository, a scratch folder.
 set -euo pipefail
+unset CI
 work="$2/boot strap"
 rm -rf -- "$work"
 mkdir -p "$work/clone" "$work/bin"
@@ -66,4 +67,19 @@ touch sound
 run 0 compare 'my campaign.toml' --out ''
 [[ $code == 7 ]] || fail "the program's exit code became $code"
 [[ $(<out) == '/|compare|my campaign.toml|--out||' ]] || fail "arguments became $(<out)"
+
+# A report needs uPlot from npm; without it the program is there all the same, and says so itself.
+echo '{}' >clone/package.json
+stand_in npm 'echo "npm $* in $PWD" >>'"'$work/calls'"'; exit 1'
+run 0 list
+! grep -q '^npm' calls || fail "npm although no report is asked for"
+run 0 report results
+[[ $code == 7 && $(<out) == '/|report|results|' ]] || fail "npm's failure became $code $(<out)"
+expect 'npm ci --ignore-scripts' calls
+expect 'reports need them: npm ci in' err
+stand_in npm 'echo "npm $* in $PWD" >>'"'$work/calls'"'; mkdir -p node_modules/uplot/dist; touch node_modules/uplot/dist/uPlot.iife.min.js'
+run 0 compare --live
+[[ $(grep -c '^npm ci' calls) == 1 ]] || fail "no npm for a live page"
+run 0 report results
+! grep -q '^npm' calls || fail "npm although uPlot is there"
 echo "bootstrap script: all as expected"

@@ -163,7 +163,7 @@ TEST(Mcap, IsReadByTheReferenceImplementation) {
   const std::string modules = node ? node : SOLENOID_SOURCE_DIR "/node_modules/..";
   if (!std::filesystem::exists(modules + "/node_modules/@mcap/core") ||
       std::system("node --version >/dev/null 2>&1") != 0)
-    GTEST_SKIP() << "needs node, and @mcap/core by `npm install @mcap/core` here or in $SOLENOID_MCAP_CORE";
+    GTEST_SKIP() << "needs node, and @mcap/core by `npm ci` here or in $SOLENOID_MCAP_CORE";
   const Folder folder;
   const std::string whole = small_log(60);
   const auto read = [&](const std::string& bytes, bool indexed) {

@@ -1,0 +1,34 @@
+#pragma once
+
+namespace solenoid {
+
+/// Gains of PulseWidthPid; duties are of full scale, -1 to 1.
+struct PulseWidthSettings {
+  double proportional = 10.0;   ///< [1/m]
+  double integral = 20.0;       ///< [1/(m s)]
+  double derivative = 0.5;      ///< [s/m]
+  double integral_limit = 0.3;  ///< bound of the integral's share
+  double feedforward = 0.0;     ///< of the desired position's coming change over `lead_s` [1/m]
+  double lead_s = 0.05;
+  double friction = 0.0;          ///< share against Coulomb friction
+  double friction_band_m = 1e-4;  ///< at rest: smaller errors are left alone
+  double bias = 0.5;              ///< duty of both valves at u = 0
+  int period_ticks = 16;          ///< of 1 ms, of the pulses and of the law
+};
+
+/// Of ThreeModeSliding.
+struct SlidingSettings {
+  double frequency = 60.0;    ///< omega of the surface [rad/s]
+  double damping = 1.0;       ///< zeta
+  double dead_band_m = 1e-4;  ///< epsilon
+  int every_ticks = 5;        ///< of 1 ms, between decisions
+};
+
+/// Of SwitchingHybrid.
+struct PhaseSettings {
+  double coarse_above_m = 3e-4;  ///< a larger error takes the cylinder in
+  double fine_below_m = 1e-4;    ///< a smaller one leaves it to the motor; at most coarse_above_m
+  bool exhaust = false;          ///< in the fine phase: both chambers open to the air, else closed
+};
+
+}  // namespace solenoid

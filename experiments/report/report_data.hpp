@@ -1,0 +1,31 @@
+#pragma once
+
+#include "experiments/report/results.hpp"
+
+#include <map>
+
+namespace solenoid {
+
+/// What there is of a run over time.
+struct RunCurves {
+  SolveHistogram solves;
+  std::string kind;  ///< full: every tick; overview; both, in the page itself; served: asked for when it is shown
+};
+
+/// What a report's page shows, as one JSON object; curves come apart from it, as traces.
+///
+///   format       1
+///   campaign, status, generator, folder_name, deadline_us, live
+///   manifest, resolved_toml                   as the folder has them
+///   variants     [{name, summary, solver, valves, motor}]
+///   rankings     [{name, scenarios: [...], common, variants: [{variant, ranked, runs, failed, unstable, and if ranked
+///                rmse_mm, rmse_margin, p95_rmse_mm, worst_rmse_mm, switches_per_s, air_g, solve_p50_us,
+///                solve_p99_us}]}] over all scenarios first, then over each ensemble and each scenario outside of one
+///   runs         [{id, trace, everything `compare --format json` prints of the run, and where it is known
+///                solves: {first, counts}, thesis: {table, measured, rmse_mm, mae_mm, sse_mm, ssa_mm}}]
+///                thesis figures are texts as printed; trace: RunCurves::kind, or none
+///
+/// `curves`: by the run's ID, of those that have any.
+nlohmann::ordered_json report_json(const Results& results, const std::map<std::string, RunCurves>& curves, bool live);
+
+}  // namespace solenoid

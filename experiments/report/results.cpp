@@ -1,0 +1,123 @@
+#include "experiments/report/results.hpp"
+
+#include "core/config/reader.hpp"
+#include "experiments/campaign/files.hpp"
+#include "experiments/log/recorded_run.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <tuple>
+
+#include <fmt/format.h>
+
+namespace solenoid {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr const char* allowed = "allowed: a results folder of `solenoid compare` or `solenoid run`";
+
+Json read_json(const std::string& path) {
+  const auto text = read_whole_file(path);
+  if (!text) throw ConfigError(fmt::format("{}: cannot be read ({})", path, allowed));
+  try {
+    return Json::parse(*text);
+  } catch (const Json::exception& error) {
+    throw ConfigError(fmt::format("{}: {} ({})", path, error.what(), allowed));
+  }
+}
+
+template <class T>
+std::size_t index_of(const std::vector<T>& configs, const std::string& name) {
+  const auto found = std::ranges::find(configs, name, &T::name);
+  return static_cast<std::size_t>(found - configs.begin());
+}
+
+template <class T>
+const T* find(const std::vector<T>& configs, const std::string& name) {
+  const std::size_t i = index_of(configs, name);
+  return i < configs.size() ? &configs[i] : nullptr;
+}
+
+std::vector<StoredRun> read_runs(const std::string& folder) {
+  std::vector<StoredRun> runs;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+    if (entry.path().extension() != ".json") continue;
+    const Json json = read_json(entry.path().string());
+    try {
+      runs.push_back({entry.path().stem().string(), record_from_json(json.at("run"))});
+    } catch (const Json::exception& problem) {
+      throw ConfigError(fmt::format("{}: {} ({})", entry.path().string(), problem.what(), allowed));
+    }
+  }
+  if (error) throw ConfigError(fmt::format("{}: {} ({})", folder, error.message(), allowed));
+  return runs;
+}
+
+/// A folder may still hold runs of a campaign that it was used for before.
+bool belongs_to(const Results& results, const RunRecord& record) {
+  const auto seeds = results.manifest.find("seeds");
+  const bool known_seed =
+      seeds == results.manifest.end() || std::ranges::find(*seeds, Json(record.seed)) != seeds->end();
+  return known_seed && results.variant(record.variant) && results.scenario(record.scenario);
+}
+
+}  // namespace
+
+const VariantConfig* Results::variant(const std::string& name) const { return find(campaign.variants, name); }
+const ScenarioConfig* Results::scenario(const std::string& name) const { return find(campaign.scenarios, name); }
+
+const StoredRun& Results::run(const std::string& id) const {
+  const auto found = std::ranges::find(runs, id, &StoredRun::id);
+  if (found != runs.end()) return *found;
+  constexpr std::size_t most = 12;
+  std::string known;
+  for (std::size_t i = 0; i < std::min(runs.size(), most); ++i) known += (i ? ", " : "") + runs[i].id;
+  if (runs.size() > most) known += fmt::format(" and {} more", runs.size() - most);
+  throw ConfigError(fmt::format("{}: no run '{}' (allowed: {})", folder, id, known));
+}
+
+void sort_runs(const Campaign& campaign, std::vector<StoredRun>& runs) {
+  std::ranges::sort(runs, {}, [&](const StoredRun& run) {
+    return std::tuple(index_of(campaign.scenarios, run.record.scenario),
+                      index_of(campaign.variants, run.record.variant), run.record.seed, run.id);
+  });
+}
+
+Results read_results(const std::string& folder) {
+  std::error_code ignored;
+  if (!fs::is_directory(folder, ignored)) throw ConfigError(fmt::format("{}: no folder ({})", folder, allowed));
+  Results results;
+  results.folder = folder;
+  results.manifest = read_json(folder + "/manifest.json");
+  if (!results.manifest.is_object() || !results.manifest.contains("campaign"))
+    throw ConfigError(fmt::format("{}/manifest.json: key 'campaign' is missing ({})", folder, allowed));
+  const std::string resolved = folder + "/resolved.toml";
+  if (!fs::is_regular_file(resolved, ignored)) throw ConfigError(fmt::format("{}: is missing ({})", resolved, allowed));
+  results.campaign = read_campaign(resolved);
+  results.runs = read_runs(folder + "/runs");
+  std::erase_if(results.runs, [&](const StoredRun& run) { return !belongs_to(results, run.record); });
+  sort_runs(results.campaign, results.runs);
+  return results;
+}
+
+std::optional<Trace> read_trace(const Results& results, const StoredRun& run) {
+  const std::string path = results.folder + "/runs/" + run.id + ".trace";
+  if (const auto bytes = read_whole_file(path)) {
+    try {
+      return decode_trace(*bytes);
+    } catch (const std::invalid_argument& error) {
+      throw ConfigError(fmt::format("{}: {} (allowed: a file that `solenoid compare` wrote)", path, error.what()));
+    }
+  }
+  const std::string log = results.folder + "/" + run.id + ".mcap";
+  const VariantConfig* variant = results.variant(run.record.variant);
+  const ScenarioConfig* scenario = results.scenario(run.record.scenario);
+  std::error_code ignored;
+  if (!fs::is_regular_file(log, ignored) || !variant || !scenario) return std::nullopt;
+  return make_trace(*variant, *scenario, read_run(log).ticks);
+}
+
+}  // namespace solenoid

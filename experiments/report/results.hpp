@@ -1,0 +1,44 @@
+#pragma once
+
+#include "experiments/campaign/run_record.hpp"
+#include "experiments/log/trace.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace solenoid {
+
+/// A run that a results folder keeps.
+struct StoredRun {
+  std::string id;
+  RunRecord record;
+};
+
+/// A results folder of `compare` or `run`, read back.
+struct Results {
+  std::string folder;
+  nlohmann::ordered_json manifest;
+  Campaign campaign;            ///< of resolved.toml
+  std::vector<StoredRun> runs;  ///< by scenario, variant and seed, as far as they are there
+
+  /// Nothing for a name that is not the campaign's.
+  const VariantConfig* variant(const std::string& name) const;
+  const ScenarioConfig* scenario(const std::string& name) const;
+  /// Throws ConfigError naming those there are.
+  const StoredRun& run(const std::string& id) const;
+};
+
+/// Throws ConfigError naming the file and what is wrong with it. A folder in which a campaign is still running is fine.
+Results read_results(const std::string& folder);
+
+/// The run over time, from runs/ID.trace or from the log ID.mcap; none if neither is there. Throws ConfigError for
+/// files that are damaged.
+std::optional<Trace> read_trace(const Results& results, const StoredRun& run);
+
+/// Sorts by scenario, variant and seed, in the campaign's order.
+void sort_runs(const Campaign& campaign, std::vector<StoredRun>& runs);
+
+}  // namespace solenoid
