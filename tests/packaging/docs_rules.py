@@ -5,7 +5,7 @@ from typing import Callable, Optional, Union
 
 RECORDED = "experiments/instances/closed_loops.instances"
 
-# What the reader is taken to have: a campaign, a rig's wiring, a small campaign to tune on.
+# What the reader is taken to have: a campaign, and a small one to tune on.
 FILES = {
     "campaign.toml": """
 variants = ["thesis_pd", "nine_state"]
@@ -22,7 +22,6 @@ trajectory = { kind = "cycloidal", move_s = 0.5, dwell_s = 0.25 }
 name       = "held_out"
 trajectory = { kind = "cycloidal", move_s = 0.6, dwell_s = 0.25 }
 """,
-    "rig.toml": "",
 }
 
 
@@ -33,8 +32,7 @@ class Rule:
     instead: Union[str, Callable, None] = None  # a command, a function of (match, subcommands) to commands, None: not run
     codes: tuple = (0,)
     attempts: int = 1
-    until: Optional[str] = None  # interrupt once this is printed
-    stream: str = "stdout"
+    until: Optional[str] = None  # interrupted once this is on standard error
     board: bool = False  # only where there is a substitute for a board
 
     def commands(self, command, subcommands):
@@ -54,7 +52,7 @@ BUSY = 4
 RULES = [
     # compare
     Rule(r"compare robustness(?: --live)", "the page is served until Ctrl-C", r"compare rig --scenario cycloidal --variant thesis_pd --live",
-         codes=(0, 130), until=r"http://"),
+         codes=(0, 130), until=r"page stays"),
     Rule(r"compare robustness(?: \[.*)?", "200 plants, minutes", r"compare rig --scenario cycloidal --variant thesis_pd,nine_robust"),
     Rule(r"compare robustness (--variant \S+)", "200 plants, minutes", r"compare rig --scenario cycloidal \1"),
     Rule(r"compare hard\.toml.*", "100 plants and more", r"compare hard.toml --scenario training_sine"),
@@ -62,6 +60,12 @@ RULES = [
     Rule(r"compare --out (\S+)", "README.md runs all variants", r"compare --variant thesis_pd,nine_state --scenario sine_0 --out \1"),
     Rule(r"compare experiments/tuning/(\S+)", "minutes; the file is read", r"check experiments/tuning/\1"),
     Rule(r"compare rig", "all shipped variants on the twin", r"compare rig --variant thesis_pd"),
+    Rule(r"compare --variant a,b", "placeholders", "compare campaign.toml --variant thesis_pd,nine_state"),
+    Rule(r"compare NAME", "a placeholder", "compare profile --variant thesis_pd"),
+    Rule(r"compare DIR/resolved\.toml", "a placeholder",
+         lambda *_: ["compare campaign.toml --out first", "compare first/resolved.toml"]),
+    Rule(r"compare baselines_training", "16 scenarios of every baseline", r"compare baselines_training --variant thesis_pd"),
+    Rule(r"report DIR", "a placeholder", lambda *_: ["compare campaign.toml --out shown", "report shown"]),
     # list, check, COMMAND
     Rule(r"COMMAND --help", "each command", lambda match, subcommands: [f"{name} --help" for name in subcommands]),
     Rule(r"check (?:\[campaign\.toml\]|FILE\.\.\.)", "a placeholder", "check campaign.toml"),
@@ -89,20 +93,21 @@ RULES = [
     Rule(r"profile --instances FILE", "a placeholder", f"profile --instances {RECORDED} --variant thesis_pd --passes 1"),
     Rule(r"profile --budget \S+ (.*)", "closed loops of every variant", r"profile --variant thesis_pd --passes 1 --budget 0.25,5 \1"),
     Rule(r"profile --against (\S+)", "times of a busy machine: only read", r"profile --variant thesis_pd --passes 1 --against \1 --threshold 100"),
-    Rule(r"profile (.*\.toml.*|--save .*)", "measures until it is quiet", r"profile \1 --passes 1"),
+    Rule(r"profile (--save .*)", "measures until it is quiet", r"profile --variant thesis_pd --passes 1 \1"),
+    Rule(r"profile (.*\.toml.*)", "measures until it is quiet", r"profile \1 --passes 1"),
     # real time
     Rule(r"run VARIANT --plant sim\|emulator\|comedi", "placeholders", "run nine_state --plant sim --duration 0.3 --quiet",
          attempts=BUSY),
     Rule(r"emulator & (?:\./solenoid )?run nine_state --plant emulator", "8 s",
          "emulator --port FREE_PORT & run nine_state --plant emulator --node 127.0.0.1:FREE_PORT --duration 0.3 --quiet",
          attempts=BUSY),
-    Rule(r"(run \S+ --plant emulator)", "8 s, and an emulator to run on",
+    Rule(r"(run \S+ --plant emulator)(?: --duration .*)?", "8 s or more, and an emulator to run on",
          r"emulator --port FREE_PORT & \1 --node 127.0.0.1:FREE_PORT --duration 0.3 --quiet", attempts=BUSY),
-    Rule(r"emulator", "waits for a controller until Ctrl-C", "emulator --port FREE_PORT --idle-exit 0.2"),
+    Rule(r"emulator", "waits for a controller until Ctrl-C", "emulator --port FREE_PORT", until=r"127\.0\.0\.1"),
     Rule(r"(check|run thesis_pd) --plant comedi --rig rig\.toml.*", "a board: its substitute",
          lambda match, _: match[1] + " --plant comedi --rig rig.toml" + (" --duration 0.3 --quiet" if match[1] != "check" else ""),
          codes=(0, 1), board=True),
-    Rule(r"run (\S+) --live", "the page is served until Ctrl-C", r"run \1 --live --duration 0.3 --quiet", codes=(0, 130), until=r"http://"),
+    Rule(r"run (\S+) --live", "the page is served until Ctrl-C", r"run \1 --live --duration 0.3 --quiet", codes=(0, 130), until=r"page stays"),
     Rule(r"run ((?:(?!--duration).)*)", "8 s", r"run \1 --duration 0.3 --quiet", attempts=BUSY),
     Rule(r"run (.*) --duration \S+(.*)", "seconds to minutes", r"run \1 --duration 0.3\2 --quiet", attempts=BUSY),
     Rule(r"replay LOG", "a placeholder", "replay run.mcap"),
