@@ -6,6 +6,7 @@
 #include "experiments/cli/commands.hpp"
 #include "experiments/rig/emulator.hpp"
 
+#include <csignal>
 #include <cstdio>
 
 #include <CLI/CLI.hpp>
@@ -19,6 +20,14 @@ struct Options {
   std::vector<std::string> faults;
   EmulatorSettings emulator;
 };
+
+/// A real-time thread leaves signals to the others of its process; the emulator's is the only one.
+void hear_interrupts() {
+  sigset_t interrupts;
+  sigemptyset(&interrupts);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&interrupts, signal);
+  pthread_sigmask(SIG_UNBLOCK, &interrupts, nullptr);
+}
 
 int emulate(const Options& chosen) {
   Options options = chosen;
@@ -36,6 +45,7 @@ int emulate(const Options& chosen) {
       Calibration{}, (SwitchPattern{1} << modes.switch_count()) - 1);
   const InterruptGuard guard;
   serve(node, options.emulator, InterruptGuard::raised, [&](const std::string& setup) {
+    hear_interrupts();
     fmt::print(stderr, "emulator: {} on 127.0.0.1:{}, {} valves, {}\n", scenario.name, options.emulator.port,
                variant.valves, setup);
   });
