@@ -16,12 +16,6 @@
 namespace solenoid {
 namespace {
 
-std::string text_of(const toml::table& table) {
-  std::ostringstream text;
-  text << toml::toml_formatter{table, toml::format_flags::none};
-  return text.str();
-}
-
 /// A copy of a variant's or scenario's table that means the same beside `inputs`.
 struct Carried {
   toml::table table;
@@ -36,7 +30,7 @@ class Carrier {
   Carried carry(const toml::table& table, const Document& document) {
     toml::table moved = table, keyed = table;
     rewrite(moved, keyed, std::filesystem::path(document.path).parent_path());
-    return {moved, text_of(keyed)};
+    return {moved, toml_text(keyed)};
   }
 
  private:
@@ -149,7 +143,7 @@ class CampaignReader {
     take_scenarios();
     cross();
     campaign_.resolved_toml =
-        "# Everything this campaign ran; `solenoid compare` runs it again.\n" + text_of(resolved_) + "\n";
+        "# Everything this campaign ran; `solenoid compare` runs it again.\n" + toml_text(resolved_) + "\n";
     return std::move(campaign_);
   }
 
@@ -186,7 +180,7 @@ class CampaignReader {
         continue;
       }
       for (const toml::table& member : ensemble_scenarios(*ensemble, *entry->raw)) {
-        TableReader reader = TableReader::from_text(text_of(member), entry->document->path);
+        TableReader reader = TableReader::from_text(toml_text(member), entry->document->path);
         take_scenario(read_scenario(reader), *entry, member);
       }
     }

@@ -41,6 +41,12 @@ constexpr const char* good_names = "at most 80 letters, digits, _, . and single 
 
 }  // namespace
 
+std::string toml_text(const toml::table& table) {
+  std::ostringstream text;
+  text << toml::toml_formatter{table, toml::format_flags::none};
+  return text.str();
+}
+
 Document::Document(const std::string& text, const std::string& path_)
     : reader(TableReader::from_text(text, path_)), raw(toml::parse(text, path_)), path(path_) {}
 

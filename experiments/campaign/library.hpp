@@ -12,6 +12,9 @@
 
 namespace solenoid {
 
+/// The table as a document.
+std::string toml_text(const toml::table& table);
+
 /// A TOML document twice: as a reader that checks every key, and as the tables themselves, to be copied into a resolved
 /// configuration.
 struct Document {

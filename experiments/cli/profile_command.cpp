@@ -4,6 +4,7 @@
 #include "experiments/campaign/files.hpp"
 #include "experiments/campaign/interrupt.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/read_log.hpp"
 #include "experiments/profile/profile_report.hpp"
 #include "experiments/profile/record.hpp"
 #include "experiments/profile/shipped_instances.hpp"
@@ -32,17 +33,11 @@ struct Options {
 
 bool is_log(const Options& options) { return options.campaign.ends_with(".mcap"); }
 
-RecordedRun read_log(const Options& options) {
-  RecordedRun run = read_run(options.campaign);
-  if (!run.problem.empty()) std::fprintf(stderr, "solenoid: %s: %s\n", options.campaign.c_str(), run.problem.c_str());
-  return run;
-}
-
 /// The instances to replay, recorded or read, and where they are from.
 InstanceSet instances_of(const Options& options, std::string& source) {
   if (is_log(options)) {
     source = fmt::format("instances posed by the measurements of {}", options.campaign);
-    return record_instances(read_log(options), options.selection.variants, options.per_variant);
+    return record_instances(read_log(options.campaign), options.selection.variants, options.per_variant);
   }
   if (!options.campaign.empty() || !options.record.empty()) {
     const std::string name = options.campaign.empty() ? "profile" : options.campaign;
@@ -80,7 +75,7 @@ void show_progress(int pass, std::size_t settled, std::size_t variants) {
 std::vector<QualityPoint> quality_of(const Options& options) {
   if (options.budgets_ms.empty()) return {};
   const Campaign campaign =
-      is_log(options) ? recorded_campaign(read_log(options), options.selection.variants)
+      is_log(options) ? recorded_campaign(read_log(options.campaign), options.selection.variants)
                       : read_campaign(options.campaign.empty() ? "profile" : options.campaign, options.selection);
   std::fprintf(stderr, "profile: closed loops at %zu budgets\n", options.budgets_ms.size());
   const auto points = quality_against_time(campaign, options.budgets_ms, options.profile.core, InterruptGuard::raised);

@@ -1,10 +1,9 @@
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/files.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/read_log.hpp"
 #include "experiments/log/tick_fields.hpp"
 #include "experiments/rig/replay_run.hpp"
-
-#include <cstdio>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -53,8 +52,7 @@ std::string json_of(const ReplayResult& r, const std::string& variant) {
 }
 
 int replay(const Options& options) {
-  const RecordedRun run = read_run(options.log);
-  if (!run.problem.empty()) std::fprintf(stderr, "solenoid: %s: %s\n", options.log.c_str(), run.problem.c_str());
+  const RecordedRun run = read_log(options.log);
   const RecordedTask task = recorded_task(run);
   const bool same = options.variant.empty();
   const ReplayResult result = same ? replay_same(run, task) : replay_other(run, task, shipped_variant(options.variant));
@@ -65,8 +63,7 @@ int replay(const Options& options) {
 }
 
 int export_log(const Options& options) {
-  const RecordedRun run = read_run(options.log);
-  if (!run.problem.empty()) std::fprintf(stderr, "solenoid: %s: %s\n", options.log.c_str(), run.problem.c_str());
+  const RecordedRun run = read_log(options.log);
   if (options.csv.empty())
     write_standard_output(csv_of(run.ticks));
   else

@@ -44,7 +44,7 @@ int run_tuning(Options& options) {
                                                    : tune_text(settings, result, colour_wanted()));
     try_to_draw(result);
   }
-  if (!result.interrupted) return success;
+  if (!result.interrupted()) return success;
   fmt::print(stderr, "solenoid: interrupted after {} steps; the same command with --out {} resumes\n",
              result.steps.size(), result.folder);
   return interrupted;

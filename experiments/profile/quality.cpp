@@ -1,13 +1,11 @@
 #include "experiments/profile/quality.hpp"
 
-#include "experiments/campaign/files.hpp"
 #include "experiments/profile/replay.hpp"
 #include "experiments/report/gnuplot.hpp"
 #include "experiments/sim/simulate.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -78,12 +76,6 @@ set output
                      terminal, rmse, proven);
 }
 
-void write_text(const std::filesystem::path& path, const std::string& text) {
-  std::ofstream out(path);
-  out << text;
-  if (!out.flush()) throw std::runtime_error(fmt::format("{}: cannot be written", path.string()));
-}
-
 }  // namespace
 
 std::vector<QualityPoint> quality_against_time(const Campaign& campaign, const std::vector<double>& budgets_ms,
@@ -105,7 +97,6 @@ std::vector<QualityPoint> quality_against_time(const Campaign& campaign, const s
 }
 
 void draw_quality(const std::vector<QualityPoint>& points, const std::string& path, FigureFormat format) {
-  const TemporaryFolder folder;
   std::vector<std::string> variants, data;
   for (const QualityPoint& p : points) {
     if (variants.empty() || variants.back() != p.variant) {
@@ -115,12 +106,9 @@ void draw_quality(const std::vector<QualityPoint>& points, const std::string& pa
     data.back() += fmt::format("{} {} {}\n", p.budget_ms, p.rmse_mm > 0 ? fmt::format("{}", p.rmse_mm) : "NaN",
                                100 * p.proven_fraction);
   }
-  for (std::size_t i = 0; i < data.size(); ++i) write_text(folder.path() / fmt::format("curve{}", i), data[i]);
-  write_text(folder.path() / "script", script_of(variants, format));
-  run_gnuplot(folder.path(), "script");
-  const auto figure = read_whole_file((folder.path() / "figure").string());
-  if (!figure) throw std::runtime_error("gnuplot left no figure");
-  write_file_atomically(path, *figure);
+  std::map<std::string, std::string> files;
+  for (std::size_t i = 0; i < data.size(); ++i) files[fmt::format("curve{}", i)] = data[i];
+  draw_with_gnuplot(files, script_of(variants, format), path);
 }
 
 }  // namespace solenoid

@@ -2,13 +2,13 @@
 
 #include "controllers/instances/recording_solver.hpp"
 #include "controllers/timing.hpp"
+#include "experiments/campaign/library.hpp"
 #include "experiments/rig/replay_run.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <span>
-#include <sstream>
 
 #include <fmt/format.h>
 #include <toml++/toml.h>
@@ -20,12 +20,6 @@ namespace {
 constexpr double window_tolerance = 1e-12;
 constexpr std::uint32_t longest_latency_ticks = ticks_per_period;
 
-std::string text_of(const toml::table& table) {
-  std::ostringstream text;
-  text << toml::toml_formatter{table, toml::format_flags::none};
-  return text.str();
-}
-
 /// The variant's table as the campaign has it, a file of parameters replaced by its content.
 std::string variant_toml(const Campaign& campaign, const std::string& name) {
   const toml::table resolved = toml::parse(campaign.resolved_toml);
@@ -36,7 +30,7 @@ std::string variant_toml(const Campaign& campaign, const std::string& name) {
         table.insert_or_assign("model", toml::parse(file.text));
         break;
       }
-  return text_of(table);
+  return toml_text(table);
 }
 
 Situation situation_of(const ScenarioConfig& scenario, int horizon_steps) {

@@ -4,12 +4,12 @@
 #include "experiments/build_info.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/run_campaign.hpp"
+#include "experiments/report/comparison.hpp"
 #include "experiments/sim/simulate.hpp"
 
 #include <optional>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <pybind11/numpy.h>
 #include <pybind11/operators.h>
 #include <pybind11/pybind11.h>
@@ -63,7 +63,7 @@ Run simulate_run(const VariantConfig& variant, const ScenarioConfig& scenario, s
   return {result.metrics, std::move(result.ticks)};
 }
 
-/// The records as JSON, the same objects that `solenoid compare --format json` prints; Ctrl-C there is Ctrl-C in
+/// What `solenoid compare --format json` prints; Ctrl-C there is Ctrl-C in
 /// Python.
 std::string run_campaign_json(const std::string& path, const std::vector<std::string>& variants,
                               const std::vector<std::string>& scenarios, int jobs) {
@@ -77,9 +77,7 @@ std::string run_campaign_json(const std::string& path, const std::vector<std::st
     PyErr_SetNone(PyExc_KeyboardInterrupt);
     throw py::error_already_set();
   }
-  nlohmann::ordered_json all = nlohmann::ordered_json::array();
-  for (const RunRecord& record : *records) all.push_back(to_json(record));
-  return all.dump();
+  return comparison_json(*records);
 }
 
 void bind_configuration(py::module_& m) {

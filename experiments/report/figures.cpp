@@ -3,7 +3,6 @@
 #include "controllers/timing.hpp"
 #include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
-#include "experiments/campaign/files.hpp"
 #include "experiments/report/gnuplot.hpp"
 #include "experiments/report/pareto.hpp"
 
@@ -86,14 +85,9 @@ void draw_solve_time(const Results& results, const std::string& path, FigureForm
   const auto variants = solve_times(results);
   if (variants.empty())
     throw ConfigError(results.folder + ": no run with recorded solver times (allowed: runs with a trace or a log)");
-  const TemporaryFolder folder;
-  for (std::size_t i = 0; i < variants.size(); ++i)
-    write_file_atomically((folder.path() / fmt::format("bins{}", i)).string(), bins_text(variants[i].second));
-  write_file_atomically((folder.path() / "script").string(), solve_time_script(variants, format == FigureFormat::svg));
-  run_gnuplot(folder.path(), "script");
-  const auto figure = read_whole_file((folder.path() / "figure").string());
-  if (!figure) throw OutputError(path + ": gnuplot drew nothing");
-  write_file_atomically(path, *figure);
+  std::map<std::string, std::string> files;
+  for (std::size_t i = 0; i < variants.size(); ++i) files[fmt::format("bins{}", i)] = bins_text(variants[i].second);
+  draw_with_gnuplot(files, solve_time_script(variants, format == FigureFormat::svg), path);
 }
 
 }  // namespace

@@ -65,6 +65,17 @@ void run_gnuplot(const std::filesystem::path& folder, const std::string& script)
     throw std::runtime_error(fmt::format("gnuplot failed: {}", first_complaint(folder)));
 }
 
+void draw_with_gnuplot(const std::map<std::string, std::string>& files, const std::string& script,
+                       const std::string& path) {
+  const TemporaryFolder folder;
+  for (const auto& [name, text] : files) write_file_atomically((folder.path() / name).string(), text);
+  write_file_atomically((folder.path() / "script").string(), script);
+  run_gnuplot(folder.path(), "script");
+  const auto figure = read_whole_file((folder.path() / "figure").string());
+  if (!figure) throw OutputError(path + ": gnuplot drew nothing");
+  write_file_atomically(path, *figure);
+}
+
 std::string gnuplot_quoted(const std::string& text) {
   std::string quoted = "'";
   for (const char c : text) {

@@ -78,14 +78,9 @@ void draw_pareto(std::span<const RunRecord> records, const std::string& path) {
   Ranking ranking = rank_variants(records);
   std::erase_if(ranking.variants, [](const RankedVariant& v) { return !v.ranked; });
   if (ranking.variants.empty()) throw ConfigError(path + ": no variant finished a scenario, nothing to draw");
-  const TemporaryFolder folder;
-  for (const Panel& panel : panels)
-    write_file_atomically((folder.path() / panel.file).string(), data_of(ranking.variants, panel));
-  write_file_atomically((folder.path() / "script").string(), script_for(svg, ranking.common_scenarios));
-  run_gnuplot(folder.path(), "script");
-  const auto figure = read_whole_file((folder.path() / "figure").string());
-  if (!figure) throw OutputError(path + ": gnuplot drew nothing");
-  write_file_atomically(path, *figure);
+  std::map<std::string, std::string> files;
+  for (const Panel& panel : panels) files[panel.file] = data_of(ranking.variants, panel);
+  draw_with_gnuplot(files, script_for(svg, ranking.common_scenarios), path);
 }
 
 }  // namespace solenoid

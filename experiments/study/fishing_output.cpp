@@ -102,13 +102,11 @@ std::string fishing_csv(const FishingStudy& study) {
 }
 
 void draw_fishing(const FishingStudy& study, const std::string& path) {
-  const TemporaryFolder folder;
   std::string data;
   const double optimum = study.rows.empty() ? 0.0 : study.rows.back().relaxed;
   for (const FishingRow& r : study.rows)
     data += fmt::format("{} {} {} {} {} {} {}\n", 12.0 / r.intervals, r.sum_up - optimum, r.improved - optimum,
                         r.sum_up_gap, r.guarantee, r.approximated_gap, r.relaxed);
-  write_file_atomically((folder.path() / "data").string(), data);
   const std::string script = R"(set terminal svg size 1000,420 font 'Helvetica,13' background '#ffffff' noenhanced
 set output 'figure'
 set encoding utf8
@@ -131,11 +129,7 @@ plot 'data' using 1:5 with lines dt (6,4) lc rgb '#d62728' title 'allowed by the
 unset multiplot
 set output
 )";
-  write_file_atomically((folder.path() / "script").string(), script);
-  run_gnuplot(folder.path(), "script");
-  const auto figure = read_whole_file((folder.path() / "figure").string());
-  if (!figure) throw std::runtime_error("gnuplot has drawn no figure");
-  write_file_atomically(path, *figure);
+  draw_with_gnuplot({{"data", data}}, script, path);
 }
 
 }  // namespace solenoid

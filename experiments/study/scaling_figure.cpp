@@ -90,21 +90,17 @@ std::string column_text(const std::string& heading, const std::string& data, boo
 
 void draw_scaling(const ScalingOptions& options, std::span<const ScalingRow> rows, const std::string& path,
                   ScalingFigureFormat format) {
-  const TemporaryFolder folder;
+  std::map<std::string, std::string> files;
   std::string script = settings_text(options, format);
   std::vector<const ScalingRow*> sets;  // the first row of each valve set
   for (const ScalingRow& row : rows)
     if (sets.empty() || sets.back()->valves != row.valves) sets.push_back(&row);
   for (const ScalingRow* set : sets) {
-    write_file_atomically((folder.path() / set->valves).string(), data_of(rows, set->valves));
+    files[set->valves] = data_of(rows, set->valves);
     script += column_text(fmt::format("{} states ({})", set->states, set->valves), set->valves, set == sets.front(),
                           set == sets.back(), set->deadlines);
   }
-  write_file_atomically((folder.path() / "script").string(), script + "unset multiplot\nset output\n");
-  run_gnuplot(folder.path(), "script");
-  const auto figure = read_whole_file((folder.path() / "figure").string());
-  if (!figure) throw std::runtime_error("gnuplot has drawn no figure");
-  write_file_atomically(path, *figure);
+  draw_with_gnuplot(files, script + "unset multiplot\nset output\n", path);
 }
 
 }  // namespace solenoid

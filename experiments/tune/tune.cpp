@@ -3,6 +3,7 @@
 #include "core/config/reader.hpp"
 #include "experiments/campaign/files.hpp"
 #include "experiments/campaign/interrupt.hpp"
+#include "experiments/campaign/library.hpp"
 #include "experiments/campaign/run_campaign.hpp"
 #include "experiments/report/ranking.hpp"
 #include "experiments/tune/history.hpp"
@@ -13,7 +14,6 @@
 #include <exception>
 #include <limits>
 #include <memory>
-#include <sstream>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -35,12 +35,6 @@ struct Algorithm {
 constexpr std::array algorithms = {Algorithm{"subplex", NLOPT_LN_SBPLX}, Algorithm{"nelder_mead", NLOPT_LN_NELDERMEAD},
                                    Algorithm{"bobyqa", NLOPT_LN_BOBYQA}, Algorithm{"cobyla", NLOPT_LN_COBYLA},
                                    Algorithm{"direct", NLOPT_GN_DIRECT_L}};
-
-std::string text_of(const toml::table& table) {
-  std::ostringstream out;
-  out << toml::toml_formatter{table, toml::format_flags::none} << '\n';
-  return out.str();
-}
 
 /// What J adds for effort beyond the limits.
 double effort_excess(const Score& s, const EffortLimits& limits) {
@@ -109,7 +103,7 @@ class Candidates {
       if (scenario.as_table()->get("name")->value<std::string>()->starts_with(held_out_prefix))
         scenarios.push_back(*scenario.as_table());
     document.insert_or_assign("scenario", scenarios);
-    return text_of(document);
+    return toml_text(document) + "\n";
   }
 
  private:
@@ -129,7 +123,7 @@ class Candidates {
     toml::table document = document_;
     set(variant_of(document), values);
     const std::string path = (folder_.path() / "candidate.toml").string();
-    write_file_atomically(path, text_of(document));
+    write_file_atomically(path, toml_text(document) + "\n");
     return read_campaign(path, {{settings_.variant}, scenarios});
   }
 
@@ -263,7 +257,6 @@ class Tuner {
 
   TuneResult finish(const std::string& ended) {
     result_.ended = ended;
-    result_.interrupted = ended == "interrupted";
     if (!result_.steps.empty())
       write_file_atomically(settings_.out + "/tuned.toml",
                             candidates_.tuned_campaign(result_.steps[result_.chosen].values));

@@ -53,9 +53,9 @@ struct TuneResult {
   std::vector<TuneStep> steps;  ///< steps[0]: the variant as it is
   std::size_t chosen = 0;       ///< of the improvements, the one that is best on the held-out scenarios
   EffortLimits limits;
-  bool interrupted = false;
   std::string ended;  ///< "evaluations" | "patience" | "converged" | "interrupted"
   std::string folder;
+  bool interrupted() const { return ended == "interrupted"; }
 };
 
 /// Scenarios whose names begin with "held_out" judge; the others train. Early stopping: what is chosen is the

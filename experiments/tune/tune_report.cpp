@@ -1,7 +1,5 @@
 #include "experiments/tune/tune_report.hpp"
 
-#include "core/config/reader.hpp"
-#include "experiments/campaign/files.hpp"
 #include "experiments/report/gnuplot.hpp"
 #include "experiments/report/text_table.hpp"
 
@@ -103,10 +101,7 @@ void draw_tuning(const TuneResult& result, const std::string& path) {
     if (s.held_out) held_out += fmt::format("{} {}\n", i, s.held_out->objective);
   }
   const std::string chosen = fmt::format("{} {}\n", result.chosen, result.steps[result.chosen].held_out->objective);
-  const TemporaryFolder folder;
-  write_file_atomically((folder.path() / "data").string(), steps + "\n\n" + best + "\n\n" + held_out + "\n\n" + chosen);
-  write_file_atomically((folder.path() / "script").string(),
-                        fmt::format(R"(set terminal {}
+  const std::string script = fmt::format(R"(set terminal {}
 set output 'figure'
 set encoding utf8
 set grid back lt 1 lw 0.7 lc rgb '#dddddd'
@@ -124,13 +119,10 @@ plot 'data' index 0 using 1:2 with points pt 7 ps 0.4 lc rgb '#9ecae1' title 'tr
      'data' index 3 using 1:2 with points pt 6 ps 2 lw 2 lc rgb '#d95f02' title 'chosen'
 set output
 )",
-                                    svg ? "svg size 960,540 font 'Helvetica,13' background '#ffffff'"
-                                        : "pngcairo size 960,540 font 'Sans,10' background '#ffffff'",
-                                    result.steps.front().training.objective));
-  run_gnuplot(folder.path(), "script");
-  const auto figure = read_whole_file((folder.path() / "figure").string());
-  if (!figure) throw OutputError(path + ": gnuplot drew nothing");
-  write_file_atomically(path, *figure);
+                                         svg ? "svg size 960,540 font 'Helvetica,13' background '#ffffff'"
+                                             : "pngcairo size 960,540 font 'Sans,10' background '#ffffff'",
+                                         result.steps.front().training.objective);
+  draw_with_gnuplot({{"data", steps + "\n\n" + best + "\n\n" + held_out + "\n\n" + chosen}}, script, path);
 }
 
 }  // namespace solenoid

@@ -54,7 +54,7 @@ def configuration(campaign="default", variants=(), scenarios=()):
 def run_campaign(campaign="default", *, variants=(), scenarios=(), jobs=0):
     """Every run of a campaign, file or shipped name, in processes (0: one a core). A list of dictionaries, the objects of
     `solenoid compare --format json`. Nothing is written."""
-    return json.loads(_core.run_campaign(str(campaign), list(variants), list(scenarios), jobs))
+    return json.loads(_core.run_campaign(str(campaign), list(variants), list(scenarios), jobs))["runs"]
 
 
 def table(records):
