@@ -155,14 +155,30 @@ class CampaignReader {
     toml::array names;
     for (const std::string& name : variant_names(library_, selection_)) {
       Library::Entry& entry = library_.variants().at(name);
-      campaign_.variants.push_back(read_variant(entry.reader, name));
-      Carried carried = carrier_.carry(*entry.raw, *entry.document);
+      const toml::table table = believing(*entry.raw);
+      if (selection_.model.empty()) {
+        campaign_.variants.push_back(read_variant(entry.reader, name));
+      } else {
+        TableReader reader = TableReader::from_text(toml_text(table), entry.document->path);
+        campaign_.variants.push_back(read_variant(reader, name));
+      }
+      Carried carried = carrier_.carry(table, *entry.document);
       variant_keys_.push_back(name + "\n" + carried.key);
       names.push_back(name);
       tables.insert(name, std::move(carried.table));
     }
     resolved_.insert("variants", std::move(names));
     resolved_.insert("variant", std::move(tables));
+  }
+
+  /// The variant's table with the selection's model, whose file is relative to the working directory.
+  toml::table believing(toml::table table) const {
+    const std::string& model = selection_.model;
+    if (model.ends_with(".toml"))
+      table.insert_or_assign("model", std::filesystem::absolute(model).string());
+    else if (!model.empty())
+      table.insert_or_assign("model", model);
+    return table;
   }
 
   void take_scenarios() {

@@ -14,6 +14,7 @@ namespace solenoid {
 struct Selection {
   std::vector<std::string> variants;
   std::vector<std::string> scenarios;
+  std::string model = {};  ///< a parameter set's name or file in place of every variant's own
 };
 
 /// A file that a variant or scenario names, carried along so that results stay reproducible from their folder.

@@ -82,6 +82,8 @@ void add_compare(CLI::App& app, int& exit_code) {
   command->add_option("--variant", options->selection.variants, "these variants in place of the campaign's")
       ->delimiter(',');
   command->add_option("--scenario", options->selection.scenarios, "only these scenarios")->delimiter(',');
+  command->add_option("--model", options->selection.model,
+                      "every variant believes this parameter set or file (of identify), in place of its own");
   command->add_option("--pareto", options->pareto, "draw error against switches and air into this .svg or .png")
       ->check([](const std::string& path) {
         const bool figure = path.ends_with(".svg") || path.ends_with(".png");

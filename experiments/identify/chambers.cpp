@@ -195,7 +195,7 @@ struct Problem {
   }
 };
 
-LeastSquaresFit fit_chambers(const Problem& problem) {
+LeastSquaresFit fit_chambers(const Problem& problem, const VectorXd* from = nullptr) {
   LeastSquares ls;
   ls.residuals = [&](const VectorXd& x, VectorXd& r) { problem.residuals(x, r); };
   for (const Record* r : problem.records) ls.series.insert(ls.series.end(), 2, Problem::residuals_of(*r));
@@ -205,7 +205,7 @@ LeastSquaresFit fit_chambers(const Problem& problem) {
   start << g.supply_pressure_pa, g.energise_delay_s, g.deenergise_delay_s, ChamberParameters{}.filter_delay_s,
       g.fill_coefficient, g.discharge_coefficient, g.choked_flow;
   scale << g.supply_pressure_pa, 1e-2, 1e-2, 1e-2, g.fill_coefficient, g.discharge_coefficient, g.choked_flow;
-  ls.start = start.head(count);
+  ls.start = (from ? *from : start).head(count);
   ls.scale = scale.head(count);
   ls.lags = static_cast<int>(memory_s / (problem.records.front()->period_s * thinning));
   return solve_least_squares(ls);
@@ -357,7 +357,7 @@ Findings estimate_chambers(const std::vector<const Record*>& records, const Actu
   }
   Problem continuous = problem;
   continuous.continuity = FlowContinuity::continuous;
-  Findings found = findings(continuous, fit_chambers(continuous));
+  Findings found = findings(continuous, fit_chambers(continuous, &free.x));
   found.remarks.push_back(
       fmt::format("valves: a flow that does not jump where it chokes is not refused (Wald's test: chance {:.2g}); "
                   "c_dis and the choked flow follow from c_fill and the supply pressure",

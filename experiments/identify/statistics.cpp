@@ -27,7 +27,19 @@ struct Scaled : Eigen::DenseFunctor<double> {
     problem.residuals(z.cwiseProduct(problem.scale), r);
     return r.allFinite() ? 0 : -1;
   }
+  /// One-sided differences lead the search; its end is judged by central ones.
   int df(const VectorXd& z, MatrixXd& jacobian) const {
+    VectorXd moved = z, here(values()), ahead(values());
+    operator()(z, here);
+    for (Index i = 0; i < z.size(); ++i) {
+      moved[i] = z[i] + problem.step;
+      operator()(moved, ahead);
+      moved[i] = z[i];
+      jacobian.col(i) = (ahead - here) / problem.step;
+    }
+    return 0;
+  }
+  void central(const VectorXd& z, MatrixXd& jacobian) const {
     VectorXd moved = z, ahead(values()), behind(values());
     for (Index i = 0; i < z.size(); ++i) {
       moved[i] = z[i] + problem.step;
@@ -37,7 +49,6 @@ struct Scaled : Eigen::DenseFunctor<double> {
       moved[i] = z[i];
       jacobian.col(i) = (ahead - behind) / (2 * problem.step);
     }
-    return 0;
   }
   const LeastSquares& problem;
 };
@@ -111,8 +122,8 @@ LeastSquaresFit solve_least_squares(const LeastSquares& problem) {
   const auto values = static_cast<Index>(std::accumulate(problem.series.begin(), problem.series.end(), std::size_t{0}));
   Scaled scaled(problem, values);
   Eigen::LevenbergMarquardt<Scaled> minimiser(scaled);
-  minimiser.setFtol(1e-9);
-  minimiser.setXtol(1e-7);
+  minimiser.setFtol(1e-7);
+  minimiser.setXtol(1e-5);
   minimiser.setMaxfev(60);
   VectorXd z = problem.start.cwiseQuotient(problem.scale);
   const auto status = minimiser.minimize(z);
@@ -122,7 +133,7 @@ LeastSquaresFit solve_least_squares(const LeastSquares& problem) {
   fit.residuals.resize(values);
   problem.residuals(fit.x, fit.residuals);
   MatrixXd jacobian(values, z.size());
-  scaled.df(z, jacobian);
+  scaled.central(z, jacobian);
   judge(jacobian, problem.series, problem.lags, fit);
   fit.covariance = problem.scale.asDiagonal() * fit.covariance * problem.scale.asDiagonal();
   return fit;
