@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include <Eigen/Dense>
 #include <boost/math/distributions/fisher_f.hpp>
@@ -23,9 +24,10 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int substeps = 4;
-constexpr int thinning = 4;        // of residuals: 250 Hz holds all that a 50 Hz filter lets pass
-constexpr double settle_s = 0.25;  // after which the unknown first pressure is forgotten
-constexpr double memory_s = 0.2;   // of residuals: the filter's 20 ms, and pressures that recover from a late edge
+constexpr int thinning = 4;                   // of residuals: 250 Hz holds all that a 50 Hz filter lets pass
+constexpr double settle_s = 0.25;             // after which the unknown first pressure is forgotten
+constexpr double usual_heat_transfer = 50.0;  // W/(m2 K), of air in small cylinders
+constexpr double memory_s = 0.2;  // of residuals: the filter's 20 ms, and pressures that recover from a late edge
 
 /// Mean opening of one coil over each substep: edges delayed each on its own; the last command wins.
 std::vector<double> coil_openings(const Record& record, SwitchPattern coil, double rise_s, double fall_s) {
@@ -97,9 +99,13 @@ class ChamberAir {
     if (edges_[0] > edges_[1]) std::swap(edges_[0], edges_[1]);
   }
 
+  /// How flow raises the pressure over a step: inflow by `gain`, outflow by gain times `cooled`, the walls by `heat`.
+  struct Step {
+    double gain = 0, cooled = 1, heat = 0;
+  };
+
   /// After `dt` at constant chamber length.
-  double advance(double pressure, double length_m, double fill, double exhaust, double dt) const {
-    const double gain = heating_ / length_m;
+  double advance(double pressure, const Step& gain, double fill, double exhaust, double dt) const {
     for (int pieces = 0; pieces < 4 && dt > 0; ++pieces) {
       const auto [low, high] = cell(pressure, rate(pressure, gain, fill, exhaust));
       const double next = midpoint(pressure, low, high, gain, fill, exhaust, dt);
@@ -112,16 +118,22 @@ class ChamberAir {
     return pressure;
   }
 
+  Step step(double length_m) const { return {heating_ / length_m, 1.0, 0.0}; }
+  double mass_flow(double p, double fill, double exhaust) const {
+    return fill * model_.fill_flow<double>(p) + exhaust * model_.exhaust_flow<double>(p);
+  }
+
  private:
-  double rate(double p, double gain, double fill, double exhaust) const {
-    return gain * (fill * model_.fill_flow<double>(p) + exhaust * model_.exhaust_flow<double>(p));
+  double rate(double p, const Step& s, double fill, double exhaust) const {
+    const double out = exhaust * model_.exhaust_flow<double>(p);
+    return s.gain * (fill * model_.fill_flow<double>(p) + (out < 0 ? s.cooled * out : out)) + s.heat;
   }
   std::pair<double, double> cell(double p, double) const {
     if (p < edges_[0]) return {-1e9, edges_[0]};
     if (p <= edges_[1]) return {edges_[0], edges_[1]};
     return {edges_[1], 1e9};
   }
-  double midpoint(double p, double low, double high, double gain, double fill, double exhaust, double dt) const {
+  double midpoint(double p, double low, double high, const Step& gain, double fill, double exhaust, double dt) const {
     const double inside = 1e-9;
     const auto kept = [&](double q) { return std::clamp(q, low * (1 + inside), high * (1 - inside)); };
     const double half = kept(p + dt / 2 * rate(kept(p), gain, fill, exhaust));
@@ -154,11 +166,18 @@ const std::vector<double>& measured(const Record& r, Chamber chamber) {
 /// The free numbers in the order of the least-squares problem.
 enum Free : Index { supply = 0, rising, falling, filter, filling, discharging, choking };
 
+/// What the model of the air is.
+struct AirLaw {
+  FlowContinuity continuity;
+  bool walls;  ///< heat transfer, free
+  Index size() const { return (continuity == FlowContinuity::continuous ? 5 : 7) + (walls ? 1 : 0); }
+};
+
 struct Problem {
   std::vector<const Record*> records;
   std::vector<std::vector<double>> quiet;  // their positions
   ActuatorParameters given;
-  FlowContinuity continuity;
+  AirLaw law;
 
   ChamberParameters parameters(const VectorXd& x) const {
     ChamberParameters p;
@@ -170,7 +189,8 @@ struct Problem {
     const double b = given.critical_pressure_ratio;
     p.choked_flow = p.fill_coefficient * std::sqrt((1 - b) * p.supply_pressure_pa);
     p.discharge_coefficient = p.choked_flow / (given.atmospheric_pressure_pa * (1 / b - 1));
-    if (continuity == FlowContinuity::continuous) return p;
+    if (law.walls) p.heat_transfer = x[law.size() - 1];
+    if (law.continuity == FlowContinuity::continuous) return p;
     p.discharge_coefficient = x[discharging];
     p.choked_flow = x[choking];
     return p;
@@ -200,13 +220,21 @@ LeastSquaresFit fit_chambers(const Problem& problem, const VectorXd* from = null
   ls.residuals = [&](const VectorXd& x, VectorXd& r) { problem.residuals(x, r); };
   for (const Record* r : problem.records) ls.series.insert(ls.series.end(), 2, Problem::residuals_of(*r));
   const ActuatorParameters& g = problem.given;
-  const Index count = problem.continuity == FlowContinuity::continuous ? 5 : 7;
-  VectorXd start(7), scale(7);
-  start << g.supply_pressure_pa, g.energise_delay_s, g.deenergise_delay_s, ChamberParameters{}.filter_delay_s,
-      g.fill_coefficient, g.discharge_coefficient, g.choked_flow;
-  scale << g.supply_pressure_pa, 1e-2, 1e-2, 1e-2, g.fill_coefficient, g.discharge_coefficient, g.choked_flow;
-  ls.start = (from ? *from : start).head(count);
-  ls.scale = scale.head(count);
+  std::vector<double> start = {g.supply_pressure_pa, g.energise_delay_s, g.deenergise_delay_s,
+                               ChamberParameters{}.filter_delay_s, g.fill_coefficient};
+  std::vector<double> scale = {g.supply_pressure_pa, 1e-2, 1e-2, 1e-2, g.fill_coefficient};
+  if (problem.law.continuity == FlowContinuity::free)
+    for (const double value : {g.discharge_coefficient, g.choked_flow}) {
+      start.push_back(value);
+      scale.push_back(value);
+    }
+  if (problem.law.walls) {
+    start.push_back(usual_heat_transfer);
+    scale.push_back(usual_heat_transfer);
+  }
+  ls.start = Eigen::Map<VectorXd>(start.data(), problem.law.size());
+  ls.scale = Eigen::Map<VectorXd>(scale.data(), problem.law.size());
+  if (from) ls.start = from->head(problem.law.size());
   ls.lags = static_cast<int>(memory_s / (problem.records.front()->period_s * thinning));
   return solve_least_squares(ls);
 }
@@ -270,7 +298,7 @@ Findings findings(const Problem& problem, const LeastSquaresFit& fit) {
   Findings found;
   const std::string method =
       fmt::format("{} from {} records, {} residuals of {:.0f} Pa",
-                  problem.continuity == FlowContinuity::continuous ? "continuous flow" : "free flow",
+                  problem.law.continuity == FlowContinuity::continuous ? "continuous flow" : "free flow",
                   problem.records.size(), fit.residuals.size(), fit.rms);
   VectorXd scale = fit.x.cwiseAbs();
   const auto add = [&](const char* name, const char* unit, double ChamberParameters::*field, bool parameter) {
@@ -292,9 +320,8 @@ Findings findings(const Problem& problem, const LeastSquaresFit& fit) {
   return found;
 }
 
-Problem problem_of(const std::vector<const Record*>& records, const ActuatorParameters& given,
-                   FlowContinuity continuity) {
-  Problem problem{{}, {}, given, continuity};
+Problem problem_of(const std::vector<const Record*>& records, const ActuatorParameters& given, AirLaw law) {
+  Problem problem{{}, {}, given, law};
   for (const Record* r : records)
     if (Problem::residuals_of(*r) > 0 && valves_switch(*r)) {
       problem.records.push_back(r);
@@ -309,7 +336,8 @@ std::vector<double> predicted_pressure(const Record& record, const std::vector<d
                                        Chamber chamber, const ChamberParameters& p, const ActuatorParameters& given) {
   const bool is_a = chamber == Chamber::a;
   const Openings open = chamber_openings(record, chamber, p, given);
-  const ChamberAir air(with(given, p), is_a ? given.piston_area_a() : given.piston_area_b());
+  const double area = is_a ? given.piston_area_a() : given.piston_area_b();
+  const ChamberAir air(with(given, p), area);
   const auto length = [&](double y) { return is_a ? given.dead_length_a_m + y : given.dead_length_b_m - y; };
   const double dt = record.period_s / substeps, k = given.heat_capacity_ratio;
   const double shortest = given.end_clearance_m;
@@ -319,6 +347,7 @@ std::vector<double> predicted_pressure(const Record& record, const std::vector<d
   double pressure = measured(record, chamber)[0], filtered = pressure;
   bessel.reset(pressure);
   double before = std::max(shortest, length(y[0]));
+  double mass = pressure * area * before / (given.gas_constant * given.temperature_k);
   for (std::size_t t = 0; t < record.size(); ++t) {
     out[t] = filtered;
     if (t + 1 == record.size()) break;
@@ -327,7 +356,16 @@ std::vector<double> predicted_pressure(const Record& record, const std::vector<d
       const double now = std::max(shortest, from + (to - from) * (i + 1) / substeps);
       pressure *= power_near_one(before / now, k);
       const std::size_t s = t * substeps + static_cast<std::size_t>(i);
-      pressure = air.advance(pressure, (before + now) / 2, open.fill[s], open.exhaust[s], dt);
+      ChamberAir::Step step = air.step(now);
+      if (p.heat_transfer) {
+        const double kelvin = pressure * area * now / (mass * given.gas_constant);
+        const double wall = 2 * area + std::numbers::pi * given.bore_diameter_m * now;
+        step.cooled = kelvin / given.temperature_k;
+        step.heat = (k - 1) * *p.heat_transfer * wall * (given.temperature_k - kelvin) / (area * now);
+      }
+      const double old = pressure;
+      pressure = air.advance(pressure, step, open.fill[s], open.exhaust[s], dt);
+      if (p.heat_transfer) mass += dt * air.mass_flow((old + pressure) / 2, open.fill[s], open.exhaust[s]);
       filtered = bessel.step(pressure);
       before = now;
     }
@@ -337,31 +375,44 @@ std::vector<double> predicted_pressure(const Record& record, const std::vector<d
 
 Findings estimate_chambers(const std::vector<const Record*>& records, const ActuatorParameters& given,
                            FlowContinuity continuity) {
-  const Problem problem = problem_of(records, given, continuity);
+  const Problem problem = problem_of(records, given, {continuity, false});
   if (problem.records.empty()) return {};
   return findings(problem, fit_chambers(problem));
 }
 
-Findings estimate_chambers(const std::vector<const Record*>& records, const ActuatorParameters& given) {
-  Problem problem = problem_of(records, given, FlowContinuity::free);
+Findings estimate_chambers(const std::vector<const Record*>& records, const ActuatorParameters& given,
+                           double noise_pa) {
+  Problem problem = problem_of(records, given, {FlowContinuity::free, false});
   if (problem.records.empty()) return {};
-  const LeastSquaresFit free = fit_chambers(problem);
-  const double chance = chance_of_continuity(problem, free);
-  if (chance < 0.05) {
-    Findings found = findings(problem, free);
-    found.remarks.push_back(
-        fmt::format("valves: a flow that does not jump where it chokes is refused (Wald's test: chance {:.2g}); "
-                    "c_fill, c_dis and the choked flow are estimated each on its own",
-                    chance));
-    return found;
+  LeastSquaresFit fit = fit_chambers(problem);
+  std::string walls;
+  if (fit.rms > 1.5 * noise_pa) {
+    Problem with_walls = problem;
+    with_walls.law.walls = true;
+    const LeastSquaresFit other = fit_chambers(with_walls);
+    if (other.rms < fit.rms / 1.5) {
+      walls = fmt::format(
+          "valves: heat goes through the chambers' walls, {:.3g} W/(m2 K); without it residuals are {:.0f} Pa, with it "
+          "{:.0f} Pa",
+          other.x[with_walls.law.size() - 1], fit.rms, other.rms);
+      problem = with_walls;
+      fit = other;
+    }
   }
-  Problem continuous = problem;
-  continuous.continuity = FlowContinuity::continuous;
-  Findings found = findings(continuous, fit_chambers(continuous, &free.x));
+  const double chance = chance_of_continuity(problem, fit);
+  const bool refused = chance < 0.05;
+  if (!refused) {
+    const VectorXd start = fit.x;
+    problem.law.continuity = FlowContinuity::continuous;
+    fit = fit_chambers(problem, problem.law.walls ? nullptr : &start);
+  }
+  Findings found = findings(problem, fit);
+  if (!walls.empty()) found.remarks.push_back(walls);
   found.remarks.push_back(
-      fmt::format("valves: a flow that does not jump where it chokes is not refused (Wald's test: chance {:.2g}); "
-                  "c_dis and the choked flow follow from c_fill and the supply pressure",
-                  chance));
+      fmt::format("valves: a flow that does not jump where it chokes is {}refused (Wald's test: chance {:.2g}); {}",
+                  refused ? "" : "not ", chance,
+                  refused ? "c_fill, c_dis and the choked flow are estimated each on its own"
+                          : "c_dis and the choked flow follow from c_fill and the supply pressure"));
   return found;
 }
 

@@ -4,6 +4,8 @@
 #include "experiments/identify/estimate.hpp"
 #include "experiments/identify/record.hpp"
 
+#include <optional>
+
 namespace solenoid {
 
 /// What is unknown about chambers, valves and pressure channels.
@@ -14,6 +16,9 @@ struct ChamberParameters {
   double supply_pressure_pa = 251325.0;
   double energise_delay_s = 0.004, deenergise_delay_s = 0.001;
   double filter_delay_s = 0.0101;  ///< group delay of the Bessel filter behind the pressure sensors
+  /// Heat transfer to the chambers' walls [W/(m2 K)]; the air then has a temperature of its own (docs/twin.md). None:
+  /// (4.18), all air at the supply's temperature.
+  std::optional<double> heat_transfer;
 };
 
 /// How (4.26), (4.27) and the choked flow hang together.
@@ -46,6 +51,8 @@ Findings estimate_chambers(const std::vector<const Record*>& records, const Actu
 
 /// Both ways, and which the data want: continuity is refused if it makes the residuals larger than chance does (Wald's
 /// test of its two equations on the free fit, 5 %). The estimates are the continuous ones unless it is refused.
-Findings estimate_chambers(const std::vector<const Record*>& records, const ActuatorParameters& given);
+/// Where (4.18) leaves residuals beyond 1.5 times `noise_pa` (of the filtered pressure; 0: not known), heat transfer to
+/// the walls is tried, and kept if it takes a third of them away: without it a delay would stand for temperature.
+Findings estimate_chambers(const std::vector<const Record*>& records, const ActuatorParameters& given, double noise_pa);
 
 }  // namespace solenoid

@@ -53,7 +53,10 @@ class Identification {
   }
   double filter_delay_s() const { return value_or("pressure_filter_delay_s", ChamberParameters{}.filter_delay_s); }
 
-  void valves() { found_.add(estimate_chambers(of({"charge", "edges", "shuttle"}), given_)); }
+  void valves() {
+    const double noise_pa = std::max(value_or("pressure_a_noise_pa", 0.0), value_or("pressure_b_noise_pa", 0.0));
+    found_.add(estimate_chambers(of({"charge", "edges", "shuttle"}), given_, noise_pa));
+  }
 
   /// Adds an estimate of the slide's fit under the name of a parameter.
   void adopt(const Findings& from, const char* name, const char* as, double factor = 1.0, const char* unit = nullptr) {
