@@ -107,7 +107,7 @@ void resample(const Samples& s, const std::string& path, Record& record) {
     record.pressure_b_pa.push_back(line(s.b));
     record.motor_n.push_back(s.motor[i]);
     record.coils.push_back(s.coils[i]);
-    if (gap > 1.5 * period) ++record.filled;
+    if (gap > 1.5 * period && share > 0.01) ++record.filled;
   }
   if (even) s.spans_of(record);
 }

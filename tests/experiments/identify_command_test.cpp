@@ -80,12 +80,15 @@ TEST(IdentifyCommand, ItsParametersMakeTheBestVariantOfAMismatchedTwinBetter) {
   const ProgramRun found = run_program(
       folder, "identify --mismatch friction=1.5,flow=0.8,supply=0.9,delay=1.4,inertia=1.2 --out found --no-figures");
   ASSERT_EQ(found.exit_code, 0) << found.err;
-  const ProgramRun before = run_program(folder, "compare '" + campaign + "' --out before --format csv");
+  const ProgramRun before = run_program(
+      folder, "compare '" + campaign + "' --variant nine_robust,nine_robust_calm --out before --format csv");
   ASSERT_EQ(before.exit_code, 0) << before.err;
   const ProgramRun after =
-      run_program(folder, "compare '" + campaign + "' --model found/parameters.toml --out after --format csv");
+      run_program(folder, "compare '" + campaign +
+                              "' --variant nine_robust,nine_robust_calm --model found/parameters.toml --out after "
+                              "--format csv");
   ASSERT_EQ(after.exit_code, 0) << after.err;
-  EXPECT_GT(best_rmse_mm(before.out) / best_rmse_mm(after.out), 1.2);
+  EXPECT_GT(best_rmse_mm(before.out) / best_rmse_mm(after.out), 1.25);  // docs/identification.md: 1.44
   // The results folder is whole without the file: it was carried along.
   EXPECT_THAT(test::text_of(folder / "after/resolved.toml"), HasSubstr("inputs/parameters-"));
 }

@@ -65,6 +65,18 @@ RULES = [
     Rule(r"compare DIR/resolved\.toml", "a placeholder",
          lambda *_: ["compare campaign.toml --out first", "compare first/resolved.toml"]),
     Rule(r"compare baselines_training", "16 scenarios of every baseline", r"compare baselines_training --variant thesis_pd"),
+    Rule(r"compare --model (?:FILE_OR_SET|results/found/parameters\.toml)", "all variants; the file is an earlier command's",
+         "compare campaign.toml --model inferred"),
+    Rule(r"compare experiments/tuning/identified\.toml --out (\S+)(?: --model \S+)?", "12 runs on the twin",
+         r"compare experiments/tuning/identified.toml --scenario cycloidal --variant thesis_pd --model inferred --out \1"),
+    # identify
+    Rule(r"identify", "350 s of experiments", "identify --only charge"),
+    Rule(r"identify --mismatch (\S+) --out (\S+)", "350 s of experiments", r"identify --only charge --mismatch \1 --out \2"),
+    Rule(r"identify --plant emulator.*", "minutes in real time, and an emulator to run on", "identify --help"),
+    Rule(r"emulator (--campaign \S+ --scenario \S+)", "waits for a controller until Ctrl-C", r"emulator \1 --port FREE_PORT",
+         until=r"127\.0\.0\.1"),
+    Rule(r"identify --log bench\.csv .*", "a log of the reader's", "identify --help"),
+    Rule(r"study identification.*", "minutes: test_experiments has six seeds", "study identification --help"),
     Rule(r"report DIR", "a placeholder", lambda *_: ["compare campaign.toml --out shown", "report shown"]),
     # list, check, COMMAND
     Rule(r"COMMAND --help", "each command", lambda match, subcommands: [f"{name} --help" for name in subcommands]),
