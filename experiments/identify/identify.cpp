@@ -99,7 +99,7 @@ class Identification {
   void gravity() {
     const Record* r = named("gravity");
     if (!r) return;
-    SlideModel model{false, false, value_or("inferred_equivalent_mass_kg", given_.equivalent_mass_kg()),
+    SlideModel model{false, false, false, value_or("inferred_equivalent_mass_kg", given_.equivalent_mass_kg()),
                      value_or("viscous_friction", given_.viscous_friction)};
     const Findings slide = estimate_slide({r}, given_, filter_delay_s(), model, "_sweep");
     keep_rest(slide);

@@ -31,10 +31,10 @@ struct Rows {
 double sign_of(double v) { return (v > 0) - (v < 0); }
 
 /// Samples no rest can be felt at.
-std::vector<bool> in_motion(const std::vector<double>& v, double period_s) {
+std::vector<bool> in_motion(const std::vector<double>& v, double period_s, bool reversals) {
   std::vector<bool> good(v.size(), true);
   const auto reach = static_cast<std::size_t>(reach_s / period_s);
-  const auto shortest = static_cast<std::size_t>(shortest_rest_s / period_s);
+  const auto shortest = reversals ? static_cast<std::size_t>(shortest_rest_s / period_s) : std::size_t{0};
   for (std::size_t t = 0; t < v.size();) {
     std::size_t end = t;
     while (end < v.size() && std::abs(v[end]) < rest_m_s) ++end;
@@ -57,7 +57,8 @@ std::vector<double> direction_of(const Record& r, double coulomb_per_mass) {
   return direction;
 }
 
-Rows rows_of(const Record& r, const ActuatorParameters& given, double delay_s, double coulomb_per_mass) {
+Rows rows_of(const Record& r, const ActuatorParameters& given, double delay_s, double coulomb_per_mass,
+             bool reversals) {
   const PneumaticActuator model(given);
   const std::size_t n = r.size();
   std::vector<double> cylinder(n), arm(n);
@@ -75,7 +76,7 @@ Rows rows_of(const Record& r, const ActuatorParameters& given, double delay_s, d
   const std::vector<double> acceleration = late(gaussian(r.position_m, r.period_s, width_s, 2), Between::straight);
   const std::vector<double> speed = late(v, Between::straight), turned = late(smooth(arm), Between::straight);
   const std::vector<double> way = late(smooth(direction), Between::straight);
-  const std::vector<bool> good = in_motion(v, r.period_s);
+  const std::vector<bool> good = in_motion(v, r.period_s, reversals);
   Rows rows;
   const auto every = static_cast<std::size_t>(std::lround(sample_s / r.period_s));
   for (std::size_t t = 0; t < n; t += every) {
@@ -97,7 +98,7 @@ Findings estimate_once(const std::vector<const Record*>& records, const Actuator
   std::vector<std::size_t> series;
   bool vertical = false;
   for (const Record* r : records) {
-    all.push_back(rows_of(*r, given, filter_delay_s, coulomb_per_mass));
+    all.push_back(rows_of(*r, given, filter_delay_s, coulomb_per_mass, model.reversals));
     series.push_back(all.back().size());
     vertical = vertical || r->plane == Plane::vertical;
   }

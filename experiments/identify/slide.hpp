@@ -16,6 +16,7 @@ namespace solenoid {
 /// slide at rest (|v| < 2 mm/s) are left out: friction there is whatever it needs to be.
 struct SlideModel {
   bool mass = true, viscous = true;
+  bool reversals = true;     ///< quick ones count; slow sweeps stick in theirs, always at the same positions
   double given_mass_kg = 0;  ///< where it is not fitted
   double given_viscous = 0;
 };
