@@ -62,6 +62,17 @@ TEST(TuneScore, IsTheLogOfTheGeometricMeanPlusEffortBeyondTheLimits) {
   EXPECT_NEAR(s.objective, std::log(0.02) + 10.0 / 3, 1e-9);
 }
 
+TEST(TuneScore, OfStepsIsTheDistanceToNoOvershootAndNoErrorInUnitsOfTable52) {
+  std::vector<RunRecord> runs = {record("a", 6, 10, 1), record("b", 6, 10, 1)};
+  runs[0].metrics->overshoot_percent = 21;
+  runs[0].metrics->sse_max_abs_mm = 2;
+  runs[1].metrics->sse_max_abs_mm = 6;
+  const Score s = score_of(runs, {20, 2}, TuneAim::step);
+  EXPECT_EQ(s.overshoot_percent, 10.5);
+  EXPECT_EQ(s.sse_mm, 4.0);
+  EXPECT_NEAR(s.objective, std::log(0.5), 1e-12);  // |(0.3, 0.4)|
+}
+
 /// The horizon of the thesis's law with a good estimator: shorter is better (docs/robustness.md).
 std::string campaign_in(const Folder& folder) {
   return folder.write("c.toml", R"(
@@ -113,6 +124,23 @@ TEST(Tune, FindsTheShorterHorizonAndLeavesACampaignThatShowsIt) {
   EXPECT_EQ(tuned.variants[1].integral.gain, chosen.values[1]);
   ASSERT_EQ(tuned.scenarios.size(), 1u);
   EXPECT_EQ(tuned.scenarios[0].name, "held_out");
+}
+
+TEST(Tune, FreesTheLengthsOfBlocks) {
+  const Folder folder;
+  TuneSettings s = settings_in(folder, "out");
+  s.campaign = folder.write("b.toml",
+                            "include = [\"c.toml\"]\nvariants = [\"blocks\"]\n[variant.blocks]\nsolver = "
+                            "\"branch_and_bound\"\nhorizon = { steps = 100, blocks = [4, 16] }\n");
+  s.variant = "blocks";
+  s.free = {parse_free_parameter("horizon.blocks.0=1..4:whole"), parse_free_parameter("horizon.blocks.1=2..16:whole")};
+  s.evaluations = 4;
+  const TuneResult result = tune(s);
+  EXPECT_EQ(result.steps[0].values, (std::vector<double>{4, 16}));
+  const Campaign tuned = read_campaign(folder.file("out/tuned.toml"));
+  const std::vector<double>& chosen = result.steps[result.chosen].values;
+  EXPECT_EQ(tuned.variants[1].blocks, (std::vector<int>{static_cast<int>(chosen[0]), static_cast<int>(chosen[1])}));
+  EXPECT_EQ(tuned.variants[1].steps, static_cast<int>(5 * (chosen[0] + chosen[1])));
 }
 
 TEST(Tune, ResumesWithoutRepeatingAndEndsWhereOneRunEnds) {
