@@ -2,8 +2,11 @@
 #include "experiments/campaign/files.hpp"
 #include "experiments/campaign/interrupt.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/report/text_table.hpp"
 #include "experiments/study/fishing.hpp"
+#include "experiments/study/sweep.hpp"
 
+#include <algorithm>
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -34,11 +37,49 @@ int fishing(const FishingCommand& command) {
   return success;
 }
 
+struct SweepCommand {
+  std::string file, format = "table", svg;
+  CampaignOptions run;
+};
+
+/// A study that is data: its campaign is run into a folder, its tables are made of the records.
+int sweep(const SweepCommand& command) {
+  const Study study = read_study(command.file);
+  const CampaignResult result = run_campaign(study.campaign, command.run);
+  const std::vector<StudyRows> rows = study_rows(study, result.records);
+  write_standard_output(command.format == "json"  ? study_json(study, rows)
+                        : command.format == "csv" ? study_csv(study, rows)
+                                                  : study_text(study, rows, colour_wanted()));
+  fmt::print(stderr, "Results: {}\n", result.folder);
+  if (result.interrupted) {
+    fmt::print(stderr, "solenoid: interrupted with {} of {} runs finished; the same command with --out {} resumes\n",
+               result.records.size(), study.campaign.runs.size(), result.folder);
+    return interrupted;
+  }
+  if (!command.svg.empty()) draw_study(study, rows, command.svg, FigureFormat::svg);
+  const bool failed = std::ranges::any_of(result.records, [](const RunRecord& r) { return r.failed(); });
+  return failed ? failure : success;
+}
+
+void add_sweep(CLI::App& study, int& exit_code, const std::string& name, const std::string& help) {
+  auto options = std::make_shared<SweepCommand>();
+  options->file = name;
+  CLI::App* command = study.add_subcommand(name, help);
+  command->add_option("file", options->file, "a study of your own in place of the shipped one (docs/studies.md)");
+  command->add_option("--out", options->run.out, "results folder; one that is there already is resumed")
+      ->check([](const std::string& text) { return text.empty() ? "empty (allowed: a folder)" : std::string(); });
+  command->add_option("--jobs", options->run.jobs, "worker processes; default: one a core")->check(CLI::Range(1, 1024));
+  command->add_option("--format", options->format, "table, json or csv")
+      ->check(CLI::IsMember({"table", "json", "csv"}));
+  command->add_option("--svg", options->svg, "write the plot to this SVG file");
+  command->callback([options, &exit_code] { exit_code = sweep(*options); });
+}
+
 }  // namespace
 
 void add_study(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<FishingCommand>();
-  CLI::App* study = app.add_subcommand("study", "studies of solvers on problems with published answers");
+  CLI::App* study = app.add_subcommand("study", "studies: one question each, with its plot and its numbers");
   study->require_subcommand(1);
   CLI::App* command = study->add_subcommand("fishing", "Lotka-Volterra fishing: relaxed, rounded, two switches");
   command->add_option("--intervals", options->intervals, "grids, coarse to fine: divisors of 1536")
@@ -48,6 +89,10 @@ void add_study(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"table", "json", "csv"}));
   command->add_option("--svg", options->svg, "write the plot to this SVG file");
   command->callback([options, &exit_code] { exit_code = fishing(*options); });
+  add_sweep(*study, exit_code, "horizon",
+            "Table 5-2's trade of overshoot against steady-state error, its knee, and better");
+  add_sweep(*study, exit_code, "valves", "three, four, seven and nine valve states: error, switches, air, holding");
+  add_sweep(*study, exit_code, "forgetting", "the integral's forgetting factor: error and oscillation");
 }
 
 }  // namespace solenoid
