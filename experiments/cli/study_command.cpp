@@ -63,9 +63,9 @@ int sweep(const SweepCommand& command) {
 
 void add_sweep(CLI::App& study, int& exit_code, const std::string& name, const std::string& help) {
   auto options = std::make_shared<SweepCommand>();
-  options->file = name;
+  options->file = "studies/" + name + ".toml";  // the shipped one; no folder of results has its name
   CLI::App* command = study.add_subcommand(name, help);
-  command->add_option("file", options->file, "a study of your own in place of the shipped one (docs/studies.md)");
+  if (name == "sweep") command->add_option("file", options->file, "a study (docs/studies.md)")->required();
   command->add_option("--out", options->run.out, "results folder; one that is there already is resumed")
       ->check([](const std::string& text) { return text.empty() ? "empty (allowed: a folder)" : std::string(); });
   command->add_option("--jobs", options->run.jobs, "worker processes; default: one a core")->check(CLI::Range(1, 1024));
@@ -89,6 +89,7 @@ void add_study(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"table", "json", "csv"}));
   command->add_option("--svg", options->svg, "write the plot to this SVG file");
   command->callback([options, &exit_code] { exit_code = fishing(*options); });
+  add_sweep(*study, exit_code, "sweep", "a study of your own: one number of some variants varied");
   add_sweep(*study, exit_code, "horizon",
             "Table 5-2's trade of overshoot against steady-state error, its knee, and better");
   add_sweep(*study, exit_code, "valves", "three, four, seven and nine valve states: error, switches, air, holding");

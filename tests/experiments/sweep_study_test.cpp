@@ -154,19 +154,20 @@ TEST(SweepStudy, WhatCannotBeStudiedIsRefusedWithItsKey) {
 TEST(SweepStudy, CommandPrintsEveryFormatDrawsAndResumes) {
   const Folder folder;
   folder.write("s.toml", small_study);
-  const auto text = test::run_program(folder, "study horizon s.toml --out o --svg s.svg");
+  const auto text = test::run_program(folder, "study sweep s.toml --out o --svg s.svg");
   EXPECT_EQ(text.exit_code, 0) << text.err;
   EXPECT_THAT(text.out, HasSubstr("Knee of sse_max_abs_mm against overshoot_percent, rig: horizon.steps = 100"));
   EXPECT_THAT(test::text_of(folder.file("s.svg")), HasSubstr("overshoot, %"));
-  const auto json = test::run_program(folder, "study horizon s.toml --out o --format json");
+  const auto json = test::run_program(folder, "study sweep s.toml --out o --format json");
   EXPECT_THAT(test::text_of(folder.file("o/log.txt")), HasSubstr("8 runs were there already"));
   const auto parsed = nlohmann::json::parse(json.out);
   EXPECT_EQ(parsed.at("tables").at(1).at("rows").size(), 4u);
   EXPECT_TRUE(parsed.at("tables").at(0).at("rows").at(0).at("sse_max_abs_mm").is_number());
-  const auto csv = test::run_program(folder, "study horizon s.toml --out o --format csv");
+  EXPECT_EQ(test::run_program(folder, "study valves --jobs 0").exit_code, 2);
+  const auto csv = test::run_program(folder, "study sweep s.toml --out o --format csv");
   EXPECT_THAT(csv.out, HasSubstr("errors,\"plain\",0.15,1,0,rmse_mm,"));
-  EXPECT_EQ(test::run_program(folder, "study horizon missing.toml").exit_code, 2);
-  EXPECT_EQ(test::run_program(folder, "study horizon default").exit_code, 2);  // a campaign, no study
+  EXPECT_EQ(test::run_program(folder, "study sweep missing.toml").exit_code, 2);
+  EXPECT_EQ(test::run_program(folder, "study sweep default").exit_code, 2);  // a campaign, no study
 }
 
 /// The variant of a shipped study for a series and a value, and a scenario of it by name.

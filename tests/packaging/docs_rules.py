@@ -88,8 +88,8 @@ RULES = [
     # the thesis, studies
     Rule(r"reproduce.*", "620 runs", "reproduce table-6-1 --format csv"),
     Rule(r"plot \[.*", "a synopsis", "plot campaign.toml --variant thesis_pd --scenario cycloidal_fast --svg plot.svg --seed 2"),
-    Rule(r"study (horizon|valves|forgetting)(?: \[FILE\].*)?", "hundreds of runs", r"study \1 small_study.toml --svg study.svg"),
-    Rule(r"study (horizon|valves|forgetting) (--.*)", "hundreds of runs", r"study \1 small_study.toml \2"),
+    Rule(r"study sweep FILE.*", "placeholders", "study sweep small_study.toml --svg study.svg"),
+    Rule(r"study (?:horizon|valves|forgetting)(.*)", "hundreds of runs", r"study sweep small_study.toml\1"),
     Rule(r"study fishing(.*)", "grids of up to 1536 intervals", r"study fishing\1 --intervals 12,24"),
     Rule(r"ledger", "200 states with Bonmin", "ledger --states 2 --bonmin 0"),
     Rule(r"ledger --variant nine_state --states 50 (.*)", "50 states", r"ledger --variant nine_state --states 2 \1"),
