@@ -14,6 +14,7 @@
 #include <cmath>
 #include <exception>
 #include <limits>
+#include <map>
 #include <memory>
 
 #include <fmt/format.h>
@@ -45,6 +46,25 @@ double effort_excess(const Score& s, const EffortLimits& limits) {
   return effort_weight * (excess(s.switches_per_s, limits.switches_per_s) + excess(s.air_g, limits.air_g));
 }
 
+/// What a variant has that does not say.
+std::optional<double> default_of(const std::string& key) {
+  const VariantConfig v;
+  const std::map<std::string, double> defaults = {{"horizon.steps", v.steps},
+                                                  {"cost.position", v.position_weight},
+                                                  {"cost.velocity", v.velocity_weight},
+                                                  {"cost.switching", v.switching_weight},
+                                                  {"cost.air", v.air_weight},
+                                                  {"cost.terminal_position", v.terminal_position_weight},
+                                                  {"cost.terminal_velocity", v.terminal_velocity_weight},
+                                                  {"cost.motor", v.motor_weight},
+                                                  {"integral.gain", v.integral.gain},
+                                                  {"integral.forgetting", v.integral.forgetting},
+                                                  {"motor_gains.proportional", v.motor_gains.proportional},
+                                                  {"motor_gains.derivative", v.motor_gains.derivative}};
+  const auto found = defaults.find(key);
+  return found == defaults.end() ? std::nullopt : std::optional(found->second);
+}
+
 /// Means over the runs that ended well.
 void judge_steps(std::span<const RunRecord> records, Score& s) {
   for (const RunRecord& r : records) {
@@ -70,11 +90,12 @@ class Candidates {
   Campaign training(const std::vector<double>& values) { return read(values, training_); }
   Campaign held_out(const std::vector<double>& values) { return read(values, held_out_); }
 
-  /// What the variant has now, where it says; the middle of the range where it does not.
+  /// What the variant has now, as near as the ranges allow; the middle of the range where nobody knows.
   std::vector<double> start() const {
     std::vector<double> values;
     for (const FreeParameter& p : settings_.free) {
-      const auto said = number_at(*draft_.document()["variant"][settings_.variant].as_table(), p.key);
+      auto said = number_at(*draft_.document()["variant"][settings_.variant].as_table(), p.key);
+      if (!said) said = default_of(p.key);
       values.push_back(p.at(said ? p.point(*said) : 0.5));
     }
     return values;

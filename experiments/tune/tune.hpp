@@ -58,7 +58,7 @@ struct TuneStep {
 };
 
 struct TuneResult {
-  std::vector<TuneStep> steps;  ///< steps[0]: the variant as it is
+  std::vector<TuneStep> steps;  ///< steps[0]: the variant as it is, or as near to it as the ranges go
   std::size_t chosen = 0;       ///< of the improvements, the one that is best on the held-out scenarios
   EffortLimits limits;
   std::string ended;  ///< "evaluations" | "patience" | "converged" | "interrupted"

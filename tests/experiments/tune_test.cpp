@@ -126,6 +126,15 @@ TEST(Tune, FindsTheShorterHorizonAndLeavesACampaignThatShowsIt) {
   EXPECT_EQ(tuned.scenarios[0].name, "held_out");
 }
 
+TEST(Tune, BeginsWithTheVariantAsItIsWhereItSaysNothingToo) {
+  const Folder folder;
+  TuneSettings s = settings_in(folder, "out");
+  s.free = {parse_free_parameter("integral.forgetting=0.9..1"), parse_free_parameter("cost.switching=1e-9..1e-6:log"),
+            parse_free_parameter("motor_gains.derivative=100..1000")};
+  s.evaluations = 1;
+  EXPECT_EQ(tune(s).steps[0].values, (std::vector<double>{1.0, 1e-9, 400.0}));
+}
+
 TEST(Tune, FreesTheLengthsOfBlocks) {
   const Folder folder;
   TuneSettings s = settings_in(folder, "out");
@@ -188,16 +197,19 @@ TEST(Tune, RefusesWhatCannotBeTuned) {
 TEST(TuneCommand, PrintsBeforeAndAfterDrawsTheHistoryAndNamesWhatItRefuses) {
   const Folder folder;
   campaign_in(folder);
-  const test::ProgramRun run = test::run_program(
-      folder, "tune thesis_pd_ekf --campaign c.toml --free horizon.steps=20..100:whole --evaluations 3 --out o");
+  const test::ProgramRun run =
+      test::run_program(folder,
+                        "tune thesis_pd_ekf --campaign c.toml --free horizon.steps=20..100:whole --evaluations 3 "
+                        "--switches 1000 --air 1000 --out o");
   EXPECT_EQ(run.exit_code, 0) << run.err;
   for (const char* word : {"training, before", "held out, tuned", "horizon.steps", "compare o/tuned.toml"})
     EXPECT_THAT(run.out, HasSubstr(word));
   EXPECT_THAT(run.err, HasSubstr("step 3 of 3"));
   EXPECT_THAT(test::text_of(folder.file("o/history.svg")), HasSubstr("best so far"));
-  const test::ProgramRun json = test::run_program(
-      folder,
-      "tune thesis_pd_ekf --campaign c.toml --free horizon.steps=20..100:whole --evaluations 3 --out o --format json");
+  const test::ProgramRun json =
+      test::run_program(folder,
+                        "tune thesis_pd_ekf --campaign c.toml --free horizon.steps=20..100:whole --evaluations 3 "
+                        "--switches 1000 --air 1000 --out o --format json");
   EXPECT_EQ(nlohmann::json::parse(json.out).at("steps").size(), 4u);
   const test::ProgramRun bad = test::run_program(folder, "tune thesis_pd_ekf --campaign c.toml --free horizon.steps=9");
   EXPECT_EQ(bad.exit_code, 2);
