@@ -99,6 +99,7 @@ RULES = [
          "tune thesis_pd --free cost.switching=1e-9..1e-6:log --campaign small_tuning.toml --evaluations 1"),
     Rule(r"tune nine_robust (.*) --evaluations 40 (.*)", "2900 runs",
          r"tune nine_robust \1 --evaluations 1 \2 --campaign small_tuning.toml"),
+    Rule(r"tune (thesis_pd --free .*) --evaluations 20 (.*)", "480 runs", r"tune \1 --evaluations 1 \2 --campaign small_tuning.toml"),
     Rule(r"tune (\S+ --campaign experiments/tuning/\S+ .*) --evaluations \d+ (.*)", "hundreds of runs", r"tune \1 --evaluations 1 \2"),
     Rule(r"tune (.*) --evaluations 40 (.*)", "80 runs", r"tune \1 --evaluations 1 \2"),
     # profile
