@@ -13,6 +13,14 @@ variants = ["thesis_pd", "nine_state"]
 name       = "cycloidal_fast"
 trajectory = { kind = "cycloidal", move_s = 0.5, dwell_s = 0.25 }
 """,
+    "task.toml": """
+name = "crane"
+[arm]
+payload_kg = 1.5
+[motion]
+kind   = "quintic"
+move_s = 1.0
+""",
     "small_tuning.toml": """
 variants = ["thesis_pd"]
 [[scenario]]
