@@ -65,14 +65,16 @@ void add_force_ratio(CLI::App& study, int& exit_code) {
   RatioSettings& s = options->settings;
   CLI::App* command = study.add_subcommand(
       "force-ratio", "cylinder only to motor only at equal capability: error, energy, mass, price");
-  command->add_option("--shares", s.shares, "the motor's share of the capability; default 0,0.05,0.104,0.2,0.4,0.7,1")
+  command
+      ->add_option("--shares", s.shares,
+                   "the motor's share of the capability; default 0,0.025,0.05,0.104,0.2,0.4,0.7,1")
       ->delimiter(',')
       ->check(CLI::Range(0.0, 1.0));
-  command->add_option("--evaluations", s.evaluations, "of each ratio's tuning, for each of its laws; default 10")
+  command->add_option("--evaluations", s.evaluations, "of each ratio's tuning, for each of its laws; default 12")
       ->check(CLI::Range(1, 10000));
   command->add_option("--plants", s.plants, "hidden mismatches a motion to tune on, as many held out; default 2")
       ->check(CLI::Range(1, 999));
-  command->add_option("--judged", s.judged, "others, a motion, that the figures come from; default 6")
+  command->add_option("--judged", s.judged, "others, a motion, that the figures come from; default 10")
       ->check(CLI::Range(1, 999));
   command->add_option("--assumptions", s.assumptions, "a TOML file of what differs from study/force_ratio.toml");
   command->add_flag("--quick", s.quick, "motions of a second: tries the command, gives no figure");

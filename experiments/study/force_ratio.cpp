@@ -116,7 +116,7 @@ std::vector<std::string> laws_for(const RatioDesign& design) {
 std::vector<FreeParameter> free_of(const std::string& law) {
   std::vector<FreeParameter> free;
   const auto add = [&](const char* text) { free.push_back(parse_free_parameter(text)); };
-  if (law != "motor") add("cost.switching=1e-9..1e-4:log");
+  if (law != "motor") add("cost.switching=1e-11..1e-5:log");
   if (law == "cylinder") add("cost.terminal_position=1..100:log");
   if (law != "cylinder") add("motor_gains.proportional=2e4..4e6:log");
   if (law != "cylinder") add("motor_gains.derivative=500..10000:log");
@@ -251,6 +251,7 @@ class Study {
     t.campaign = campaign;
     t.variant = law;
     t.free = tuned.free;
+    t.algorithm = "nelder_mead";  // so few evaluations must try every key
     t.evaluations = t.patience = settings_.evaluations;
     t.switches_per_s = study_.assumptions.limit_switches_per_s;
     t.air_g = study_.assumptions.limit_air_g;

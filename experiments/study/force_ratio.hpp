@@ -3,6 +3,7 @@
 #include "experiments/study/force_ratio_design.hpp"
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,10 +11,10 @@
 namespace solenoid {
 
 struct RatioSettings {
-  std::vector<double> shares = {0.0, 0.05, 0.104, 0.2, 0.4, 0.7, 1.0};  ///< the motor's, of the capability
-  int evaluations = 10;                                                  ///< of each ratio's tuning
+  std::vector<double> shares = {0.0, 0.025, 0.05, 0.104, 0.2, 0.4, 0.7, 1.0};  ///< the motor's, of the capability
+  int evaluations = 12;                                                        ///< of each ratio's tuning
   int plants = 2;           ///< hidden mismatches a motion to tune on, and as many held out
-  int judged = 6;           ///< a motion, others, that every figure comes from
+  int judged = 10;          ///< a motion, others, that every figure comes from
   bool quick = false;       ///< motions of a second: for tests of the machinery, no figure
   int jobs = 0;             ///< worker processes; 0: one a core
   std::string assumptions;  ///< a file; empty: the shipped ones
@@ -49,7 +50,8 @@ std::vector<RatioCriteria> criteria_of(const RatioStudy& study, const RatioAssum
 struct RatioVerdict {
   std::string change;  ///< empty: the assumptions as they are
   double share = 0.0;
-  double lead = 0.0;  ///< of its score before the second's
+  double lead = 0.0;                   ///< of its score before the second's
+  std::optional<double> hybrid_share;  ///< the best that has both, which is what the thesis asks for
 };
 std::vector<RatioVerdict> verdicts_of(const RatioStudy& study);
 

@@ -66,7 +66,7 @@ void read_changes(TableReader& table, RatioAssumptions& a) {
   if (!table.has("sensitivity")) return;
   a.changes.clear();
   for (TableReader& t : table.tables("sensitivity")) {
-    RatioChange change{t.text("name"), t.text("key"), t.number("factor", Range::positive())};
+    RatioChange change{t.text("name"), t.text("key"), t.number("factor", Range::non_negative())};
     if (!field_of(change.key))
       t.fail("key", fmt::format("'{}' is no assumption (allowed: SECTION.KEY of this file)", change.key));
     t.finish();

@@ -91,6 +91,17 @@ std::string measured_text(const RatioStudy& study, bool colour) {
   return table.text(colour);
 }
 
+/// The share of the least score among those with cylinder and motor.
+std::optional<double> best_hybrid(const RatioStudy& study, const std::vector<RatioCriteria>& criteria) {
+  std::optional<std::size_t> best;
+  for (std::size_t i = 0; i < criteria.size(); ++i) {
+    const RatioResult& r = study.ratios[i];
+    if (!r.design.has_cylinder() || !r.design.has_motor() || r.measured.bad > 0) continue;
+    if (!best || criteria[i].score < criteria[*best].score) best = i;
+  }
+  return best ? std::optional(study.ratios[*best].design.share) : std::nullopt;
+}
+
 /// Shares whose score differs from the best one's by less than the errors' intervals can.
 std::string not_told_apart(const RatioStudy& study) {
   const std::vector<RatioCriteria> criteria = criteria_of(study, study.assumptions);
@@ -110,20 +121,25 @@ std::string not_told_apart(const RatioStudy& study) {
 std::string verdict_text(const RatioStudy& study) {
   const std::vector<RatioVerdict> verdicts = verdicts_of(study);
   if (verdicts.empty()) return "No ratio stands: in each a run ended badly.\n";
+  const auto hybrid = [](const RatioVerdict& v) { return v.hybrid_share ? share_text(*v.hybrid_share) : "-"; };
   std::string text = fmt::format("Recommended: a motor's share of {}, its score {:.2f} ahead of the next.\n",
                                  share_text(verdicts.front().share), verdicts.front().lead);
+  if (verdicts.front().hybrid_share)
+    text += fmt::format("Among those with cylinder and motor: {}.\n", hybrid(verdicts.front()));
   if (const std::string close = not_told_apart(study); !close.empty())
-    text += "Not told apart from it by the errors' 95 % intervals: " + close + ".\n";
+    text += "Not told apart from the recommended by the errors' 95 % intervals: " + close + ".\n";
   text += "\n";
-  TextTable table({{"assumption changed", Align::left}, {"recommended share"}, {"lead"}});
-  int same = 0;
+  TextTable table({{"assumption changed", Align::left}, {"recommended share"}, {"lead"}, {"best hybrid"}});
+  int same = 0, same_hybrid = 0;
   for (std::size_t i = 1; i < verdicts.size(); ++i) {
     same += verdicts[i].share == verdicts.front().share;
+    same_hybrid += verdicts[i].hybrid_share == verdicts.front().hybrid_share;
     table.add_row(std::vector<std::string>{verdicts[i].change, share_text(verdicts[i].share),
-                                           fmt::format("{:.2f}", verdicts[i].lead)});
+                                           fmt::format("{:.2f}", verdicts[i].lead), hybrid(verdicts[i])});
   }
   return text + table.text(false) +
-         fmt::format("\nThe recommendation stays in {} of {} changes.\n", same, verdicts.size() - 1);
+         fmt::format("\nThe recommendation stays in {0} of {2} changes, the best hybrid in {1} of {2}.\n", same,
+                     same_hybrid, verdicts.size() - 1);
 }
 
 struct Panel {
@@ -134,7 +150,8 @@ constexpr Panel panels[] = {{"price", "price of the drive", [](const RatioCriter
                             {"mass", "mass of the drive, kg", [](const RatioCriteria& c) { return c.mass_kg; }},
                             {"energy", "energy of a run, J", [](const RatioCriteria& c) { return c.energy_j(); }}};
 
-/// Lines `cost rmse low high "share"`; below, apart, the front as a staircase, and the recommended point.
+/// Lines `cost rmse low high "share"`; below, apart, the front as a staircase, and the recommended points: of all, of
+/// the hybrids.
 std::string panel_data(const RatioStudy& study, const Panel& panel) {
   const std::vector<RatioCriteria> criteria = criteria_of(study, study.assumptions);
   std::vector<std::size_t> order(criteria.size());
@@ -151,9 +168,15 @@ std::string panel_data(const RatioStudy& study, const Panel& panel) {
     least = m.rmse_mm;
     front += fmt::format("{} {}\n", cost, least);
   }
-  const int best = recommended(criteria, measured_of(study));
-  const std::size_t b = best < 0 ? 0 : static_cast<std::size_t>(best);
-  return points + "\n\n" + front + fmt::format("\n\n{} {}\n", panel.cost(criteria[b]), criteria[b].error_mm);
+  std::string marks;
+  const auto verdicts = verdicts_of(study);
+  for (std::size_t i = 0; i < criteria.size() && !verdicts.empty(); ++i) {
+    const std::string mark = fmt::format("{} {}\n", panel.cost(criteria[i]), criteria[i].error_mm);
+    const double share = study.ratios[i].design.share;
+    if (share == verdicts.front().share) marks = mark + marks;
+    if (share == verdicts.front().hybrid_share) marks += mark;
+  }
+  return points + "\n\n" + front + "\n\n" + marks;
 }
 
 }  // namespace
@@ -178,7 +201,8 @@ std::vector<RatioVerdict> verdicts_of(const RatioStudy& study) {
     double second = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < criteria.size(); ++i)
       if (i != b && measured[i].bad == 0) second = std::min(second, criteria[i].score);
-    verdicts.push_back({change, study.ratios[b].design.share, second - criteria[b].score});
+    verdicts.push_back(
+        {change, study.ratios[b].design.share, second - criteria[b].score, best_hybrid(study, criteria)});
   };
   judge("", study.assumptions);
   for (const RatioChange& change : study.assumptions.changes) judge(change.name, study.assumptions.with(change));
@@ -249,7 +273,10 @@ std::string force_ratio_json(const RatioStudy& study) {
   }
   json["verdicts"] = nlohmann::ordered_json::array();
   for (const RatioVerdict& v : verdicts_of(study))
-    json["verdicts"].push_back({{"change", v.change}, {"share", v.share}, {"lead", v.lead}});
+    json["verdicts"].push_back({{"change", v.change},
+                                {"share", v.share},
+                                {"lead", v.lead},
+                                {"hybrid_share", v.hybrid_share ? nlohmann::ordered_json(*v.hybrid_share) : nullptr}});
   json["folder"] = study.folder;
   return json.dump(1) + "\n";
 }
@@ -259,7 +286,7 @@ void draw_force_ratio(const RatioStudy& study, const std::string& path) {
   std::string script = R"(set terminal svg size 1280,440 font 'Helvetica,13' background '#ffffff' noenhanced
 set output 'figure'
 set encoding utf8
-set multiplot layout 1,3 title "error against price, mass and energy; labels: the motor's share of the capability"
+set multiplot layout 1,3 title "error against price, mass and energy; labels: the motor's share; circle: recommended, triangle: the best hybrid"
 set logscale y
 set grid back lt 1 lw 0.7 lc rgb '#dddddd'
 set border 3 lc rgb '#606060'
@@ -269,14 +296,22 @@ set xtics autofreq
 set ylabel 'RMSE, mm'
 unset key
 )";
+  double low = std::numeric_limits<double>::infinity(), high = 0.0;
+  for (const RatioResult& r : study.ratios) {
+    low = std::min(low, r.measured.rmse_mm / r.measured.rmse_margin);
+    high = std::max(high, r.measured.rmse_mm * r.measured.rmse_margin);
+  }
+  if (low < high) script += fmt::format("set yrange [{}:{}]\n", low / 1.3, high * 1.3);
   for (const Panel& panel : panels) {
     files[panel.file] = panel_data(study, panel);
     script += fmt::format(
         "set xlabel '{0}'\n"
         "plot '{1}' index 1 using 1:2 with fsteps lw 1 dt (4,3) lc rgb '#7f7f7f', "
         "'{1}' index 0 using 1:2:3:4 with yerrorbars pt 7 ps 0.8 lc rgb '#1f77b4', "
-        "'{1}' index 2 using 1:2 with points pt 6 ps 1.9 lw 2 lc rgb '#d62728', "
-        "'{1}' index 0 using 1:2:5 with labels left offset 0.8,0.4\n",
+        "'{1}' index 2 every ::0::0 using 1:2 with points pt 6 ps 1.9 lw 2 lc rgb '#d62728', "
+        "'{1}' index 2 every ::1::1 using 1:2 with points pt 8 ps 2.2 lw 2 lc rgb '#2ca02c', "
+        "'{1}' index 0 every 2::0 using 1:2:5 with labels left offset 0.8,0.5, "
+        "'{1}' index 0 every 2::1 using 1:2:5 with labels left offset 0.8,-0.5\n",
         panel.label, panel.file);
   }
   draw_with_gnuplot(files, script + "unset multiplot\nset output\n", path);

@@ -124,7 +124,10 @@ TEST(RatioStudy, VerdictsFollowTheAssumptionsWithoutARun) {
   ASSERT_EQ(verdicts.size(), 3U);
   EXPECT_EQ(verdicts[0].share, verdicts[2].share);
   EXPECT_NEAR(verdicts[0].lead, verdicts[2].lead, 1e-12);
-  for (const RatioVerdict& v : verdicts) EXPECT_GE(v.lead, 0.0);
+  for (const RatioVerdict& v : verdicts) {
+    EXPECT_GE(v.lead, 0.0);
+    EXPECT_EQ(v.hybrid_share, 0.104);
+  }
   EXPECT_LT(criteria_of(study, shipped().with(study.assumptions.changes[0]))[2].price, study.ratios[2].design.price);
   EXPECT_THROW(shipped().with({"", "motor.colour", 2.0}), std::invalid_argument);
   EXPECT_THAT(force_ratio_text(study, false), HasSubstr("Recommended: a motor's share of"));
