@@ -186,6 +186,15 @@ TEST(ForceRatioCommand, TunesAndJudgesEachRatioOnItsOwnPlantAndResumesWithoutARu
   const double area = std::pow(design.bore_m / ActuatorParameters().bore_diameter_m, 2);
   EXPECT_NEAR(twin.actuator.choked_flow, area * ActuatorParameters().choked_flow, 1e-12);
 
+  const std::string elsewhere = [&] {
+    std::string text = command;
+    return text.replace(text.find("--out o"), 7, "--out i");
+  }();
+  const auto cut = run_program(folder, elsewhere, "timeout --preserve-status -s INT 0.5");
+  EXPECT_TRUE(cut.exit_code == 130 || cut.exit_code == 0) << cut.err;
+  const auto resumed = run_program(folder, elsewhere);
+  EXPECT_EQ(nlohmann::json::parse(resumed.out).at("ratios"), json.at("ratios"));
+
   const std::string history = test::text_of(folder.file("o/share-1.000/motor/history.csv"));
   const auto second = run_program(folder, command);
   EXPECT_EQ(second.exit_code, 0);
