@@ -39,15 +39,18 @@ struct Ray {
 ///     void start(double* w, double* y)                             a cold start
 ///     void row_values(const double* w, double* v)                  v = C w
 ///     Residual residual(w, y, zeta, r_d, r_p)
-///     bool factor(const double* weight)                            false: not quasi-definite
+///     bool factor(weight, r_d, r_p, h)                             for D, with a first right-hand side; false: not
+///                                                                  quasi-definite
+///     void step(dw, dy, nu, int refinements)                       its solution; nu = D C dw + h, or null
 ///     void adapt(double stationarity)                              shifts for a point this far from stationary
 ///     void stiffen()                                               greater shifts, until the next load
 ///     bool can_hold(const signed char* side)                       whether these rows may be held as equalities
-///     void solve(r_d, r_p, h, dw, dy, nu, int refinements)         nu = D C dw + h; null where not needed
+///     void solve(r_d, r_p, h, dw, dy, nu, int refinements)         the same for another right-hand side
 ///     balanced_start                                               start() meets equalities and adjoints already
 ///     least_refinements                                            of a solve that must be exact
 ///     double row_violation(const Rows&, double seen)               largest row residual in the problem's own units
 ///     void pin(double* w, const double* target, const double* weight)      held boxes onto their bounds
+///     bool compact(const Rows&)                                    the rows leave no direction unbounded: no dual ray
 ///     Ray primal_ray(y, zeta, rows), dual_ray(w, rows)
 template <class Kkt>
 class InteriorPoint {
@@ -71,7 +74,7 @@ class InteriorPoint {
   Verdict judge(Kkt& kkt, Deadline deadline) noexcept;
   bool converged() const noexcept;
   bool certified(Kkt& kkt) noexcept;
-  bool factor(Kkt& kkt, const double* weight) noexcept;
+  bool factor(Kkt& kkt, const double* weight, const double* h) noexcept;
   double predict(Kkt& kkt) noexcept;
   void correct(Kkt& kkt, double target) noexcept;
   void advance(double primal, double dual) noexcept;
@@ -90,7 +93,8 @@ class InteriorPoint {
   const RowKernels* kernel_ = nullptr;
   Workspace memory_;
   int primal_ = 0, dual_ = 0;
-  int sides_ = 0;  // bounds present, lower and upper counted apart
+  int sides_ = 0;         // bounds present, lower and upper counted apart
+  bool compact_ = false;  // the feasible set has no ray
 
   double *r_d_, *r_p_, *dw_, *dy_;
   // A guess of the active set: -1 at lower, 1 at upper, 0 free; and the point solved on it.

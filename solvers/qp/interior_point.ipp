@@ -31,12 +31,13 @@ Info InteriorPoint<Kkt>::solve(Kkt& kkt, bool warm, Deadline deadline) noexcept 
     std::fill_n(rows.zeta, rows.size, 0.0);
     return info_;
   }
+  compact_ = kkt.compact(rows);
   if (start(kkt, warm, deadline) == Verdict::stop) return info_;
   while (true) {
     evaluate(kkt);
     if (judge(kkt, deadline) == Verdict::stop) return info_;
     kkt.adapt(at_.dual);
-    if (!factor(kkt, rows.weight)) return info_;
+    if (!factor(kkt, rows.weight, rows.shift)) return info_;
     const double target = predict(kkt);
     const bool finish = settled();
     correct(kkt, target);
@@ -88,8 +89,8 @@ void InteriorPoint<Kkt>::balance(Kkt& kkt) noexcept {
     as_shift_[i] = 0.0;
   }
   kkt.residual(w, y, rows.zeta, r_d_, r_p_);
-  if (!factor(kkt, as_weight_)) return;
-  kkt.solve(r_d_, r_p_, as_shift_, dw_, dy_, nullptr, 0);
+  if (!factor(kkt, as_weight_, as_shift_)) return;
+  kkt.step(dw_, dy_, nullptr, 0);
   kernel_->axpy(primal_, 1.0, dw_, w);
   kernel_->axpy(dual_, 1.0, dy_, y);
 }
@@ -155,10 +156,10 @@ auto InteriorPoint<Kkt>::end(Status status) noexcept -> Verdict {
 
 /// Rounding can cost a pivot its sign; a few stiffer shifts restore it where the problem is convex at all.
 template <class Kkt>
-bool InteriorPoint<Kkt>::factor(Kkt& kkt, const double* weight) noexcept {
+bool InteriorPoint<Kkt>::factor(Kkt& kkt, const double* weight, const double* h) noexcept {
   ++info_.iterations;
   for (int attempt = 0; attempt < 4; ++attempt) {
-    if (kkt.factor(weight)) return true;
+    if (kkt.factor(weight, r_d_, r_p_, h)) return true;
     kkt.stiffen();
   }
   info_.status = Status::numerical_failure;
@@ -168,7 +169,7 @@ bool InteriorPoint<Kkt>::factor(Kkt& kkt, const double* weight) noexcept {
 /// The affine step; returns Mehrotra's target for the products, sigma mu.
 template <class Kkt>
 double InteriorPoint<Kkt>::predict(Kkt& kkt) noexcept {
-  kkt.solve(r_d_, r_p_, rows.shift, dw_, dy_, nullptr, refinements_);
+  kkt.step(dw_, dy_, nullptr, refinements_);
   kkt.row_values(dw_, rows.dv);
   const RowStep affine = kernel_->predict(rows);
   const double p = step_length(affine.primal_ratio, 1.0), d = step_length(affine.dual_ratio, 1.0);
@@ -262,8 +263,8 @@ bool InteriorPoint<Kkt>::solve_on_active_set(Kkt& kkt) noexcept {
   at_ = kkt.residual(as_w_, as_y_, as_zeta_, as_rd_, as_rp_);
   ++info_.iterations;
   kkt.adapt(0.0);
-  if (!kkt.factor(as_weight_)) return false;
-  kkt.solve(as_rd_, as_rp_, as_shift_, dw_, dy_, as_zeta_, std::max(refinements_, Kkt::least_refinements));
+  if (!kkt.factor(as_weight_, as_rd_, as_rp_, as_shift_)) return false;
+  kkt.step(dw_, dy_, as_zeta_, std::max(refinements_, Kkt::least_refinements));
   kernel_->axpy(primal_, 1.0, dw_, as_w_);
   kernel_->axpy(dual_, 1.0, dy_, as_y_);
   kkt.row_values(as_w_, as_v_);
@@ -319,6 +320,7 @@ bool InteriorPoint<Kkt>::certified(Kkt& kkt) noexcept {
       return true;
     }
   }
+  if (compact_) return false;
   for (const double* direction : {dw_, w}) {
     if (!proves(kkt.dual_ray(direction, rows))) continue;
     std::copy_n(direction, primal_, w);

@@ -27,16 +27,16 @@ class RiccatiKkt {
   int row_size() const { return state_bounds_ ? primal_size() : states_at_; }
 
   bool bounds(Rows& rows) const noexcept;
+  /// Inputs decide the states, so bounds on all of them suffice.
+  bool compact(const Rows& rows) const noexcept { return all_boxed(rows, stages_ * NU); }
   void start(double* w, double* y) noexcept;
   void row_values(const double* w, double* v) const noexcept { std::copy_n(w, row_size(), v); }
   Residual residual(const double* w, const double* y, const double* zeta, double* r_d, double* r_p) const noexcept {
     const StageResidual at = kernel_->residual(pack_, w, states_at_, y, zeta, state_bounds_, r_d, r_p);
     return {at.dual, at.primal, at.objective - constant_};
   }
-  bool factor(const double* weight) noexcept {
-    weight_ = weight;
-    return kernel_->factor(pack_, riccati_, weight, states_at_, state_bounds_, shift_);
-  }
+  bool factor(const double* weight, const double* r_d, const double* r_p, const double* h) noexcept;
+  void step(double* dw, double* dy, double* nu, int refinements) noexcept;
   static constexpr bool balanced_start = true;
   static constexpr int least_refinements = 0;
   void adapt(double) noexcept {}  // what the inputs of a control problem cost bends them
@@ -66,6 +66,7 @@ class RiccatiKkt {
   static constexpr int W = portable::Riccati<NX, NU>::W, XL = portable::Riccati<NX, NU>::XL,
                        UL = portable::Riccati<NX, NU>::UL, H = NX + NU;
 
+  void take(const double* r_d, const double* r_p, const double* h) noexcept;
   void adjoint(const double* g, const double* dw, double* dy) const noexcept;
   void load_stage(const Problem& problem, int k) noexcept;
   double& u(double* w, int k, int j) const { return w[k * NU + j]; }
@@ -78,7 +79,7 @@ class RiccatiKkt {
   const RiccatiKernels* kernel_ = nullptr;
   const RowKernels* row_kernel_ = nullptr;
   const Problem* problem_ = nullptr;
-  const double* weight_ = nullptr;
+  const double *weight_ = nullptr, *e_ = nullptr, *h_ = nullptr;  // of the latest factorisation and right-hand side
   StagePack pack_, homogeneous_, adjoint_;  // the problem; without its constants; without its cost
   RiccatiPack riccati_{};
   double *g_, *zeta_, *r_d_, *r_p_, *dw_, *dy_, *zero_;

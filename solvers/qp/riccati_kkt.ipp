@@ -18,13 +18,9 @@ void RiccatiKkt<NX, NU>::setup(const Problem& problem, const Settings& settings)
            memory_.carve((n + 1) * H * W),
            memory_.carve((n + 1) * W),
            memory_.carve(XL)};
-  riccati_ = {memory_.carve((n + 1) * NX * W),
-              memory_.carve(n * NU * W),
-              memory_.carve(n * NX * UL),
-              memory_.carve(n * NU * UL),
-              memory_.carve(n * UL),
-              memory_.carve((n + 1) * XL),
-              memory_.carve(n * UL)};
+  riccati_ = {memory_.carve((n + 1) * NX * W), memory_.carve(n * NU * W),   memory_.carve(n * NX * UL),
+              memory_.carve(n * NU * UL),      memory_.carve(n * NX * XL),  memory_.carve(n * NX * XL),
+              memory_.carve(n * UL),           memory_.carve((n + 1) * XL), memory_.carve((n + 1) * XL)};
   zero_ = memory_.carve((n + 1) * H * W + primal_size());
   homogeneous_ = pack_;
   homogeneous_.offset = homogeneous_.gradient = homogeneous_.x0 = zero_;
@@ -42,15 +38,10 @@ bool RiccatiKkt<NX, NU>::load(const Problem& problem) noexcept {
   const auto& first = problem.stages[0];
   constant_ = problem.x0.dot(0.5 * first.q_matrix * problem.x0 + first.q);
   for (int i = 0; i < NX; ++i) pack_.x0[i] = problem.x0[i];
-  bool finite = problem.x0.allFinite();
   for (int k = 0; k <= stages_; ++k) load_stage(problem, k);
-  // One sum is finite only if all its terms are.
-  double sum = 0.0;
-  for (int i = 0; i < stages_ * NX * W; ++i) sum += pack_.rows[i] * 0.0;
-  for (int i = 0; i < stages_ * XL; ++i) sum += pack_.offset[i] * 0.0;
-  for (int i = 0; i < (stages_ + 1) * H * W; ++i) sum += pack_.hessian[i] * 0.0;
-  for (int i = 0; i < (stages_ + 1) * W; ++i) sum += pack_.gradient[i] * 0.0;
-  return finite && sum == 0.0;
+  const auto all_finite = [&](int size, const double* x) { return row_kernel_->finite(Workspace::padded(size), x); };
+  return problem.x0.allFinite() && all_finite(stages_ * NX * W, pack_.rows) && all_finite(stages_ * XL, pack_.offset) &&
+         all_finite((stages_ + 1) * H * W, pack_.hessian) && all_finite((stages_ + 1) * W, pack_.gradient);
 }
 
 template <int NX, int NU>
@@ -128,25 +119,45 @@ void RiccatiKkt<NX, NU>::start(double* w, double* y) noexcept {
 }
 
 template <int NX, int NU>
+void RiccatiKkt<NX, NU>::take(const double* r_d, const double* r_p, const double* h) noexcept {
+  const int rows = row_size();
+  row_kernel_->add(rows, r_d, h, g_);
+  std::copy_n(r_d + rows, primal_size() - rows, g_ + rows);
+  e_ = r_p, h_ = h;
+}
+
+template <int NX, int NU>
+bool RiccatiKkt<NX, NU>::factor(const double* weight, const double* r_d, const double* r_p, const double* h) noexcept {
+  weight_ = weight;
+  take(r_d, r_p, h);
+  return kernel_->factor(pack_, riccati_, weight_, g_, e_, states_at_, state_bounds_, shift_);
+}
+
+template <int NX, int NU>
 void RiccatiKkt<NX, NU>::solve(const double* r_d, const double* r_p, const double* h, double* dw, double* dy,
                                double* nu, int refinements) noexcept {
+  take(r_d, r_p, h);
+  kernel_->backward(pack_, riccati_, g_, e_, states_at_);
+  step(dw, dy, nu, refinements);
+}
+
+template <int NX, int NU>
+void RiccatiKkt<NX, NU>::step(double* dw, double* dy, double* nu, int refinements) noexcept {
   const int rows = row_size();
-  for (int i = 0; i < rows; ++i) g_[i] = r_d[i] + h[i];
-  for (int i = rows; i < primal_size(); ++i) g_[i] = r_d[i];
-  kernel_->solve(pack_, riccati_, g_, states_at_, r_p, dw, dy);
+  kernel_->forward(pack_, riccati_, e_, states_at_, dw, dy);
   adjoint(g_, dw, dy);
-  for (int step = 0; step < refinements; ++step) {
-    for (int i = 0; i < rows; ++i) zeta_[i] = weight_[i] * dw[i];
+  for (int i = 0; i < refinements; ++i) {
+    for (int r = 0; r < rows; ++r) zeta_[r] = weight_[r] * dw[r];
     kernel_->residual(homogeneous_, dw, states_at_, dy, zeta_, state_bounds_, r_d_, r_p_);
-    for (int i = 0; i < primal_size(); ++i) r_d_[i] += g_[i] + shift_ * dw[i];
-    for (int i = 0; i < dual_size(); ++i) r_p_[i] += r_p[i];
-    kernel_->solve(pack_, riccati_, r_d_, states_at_, r_p_, dw_, dy_);
+    for (int r = 0; r < primal_size(); ++r) r_d_[r] += g_[r] + shift_ * dw[r];
+    for (int r = 0; r < dual_size(); ++r) r_p_[r] += e_[r];
+    kernel_->backward(pack_, riccati_, r_d_, r_p_, states_at_);
+    kernel_->forward(pack_, riccati_, r_p_, states_at_, dw_, dy_);
     adjoint(r_d_, dw_, dy_);
     row_kernel_->axpy(primal_size(), 1.0, dw_, dw);
     row_kernel_->axpy(dual_size(), 1.0, dy_, dy);
   }
-  if (nu != nullptr)
-    for (int i = 0; i < rows; ++i) nu[i] = weight_[i] * dw[i] + h[i];
+  if (nu != nullptr) row_kernel_->multiply_add(rows, weight_, dw, h_, nu);
 }
 
 /// Weights of active states make P so large that P dx + p has lost the multipliers' digits; the states' stationarity,

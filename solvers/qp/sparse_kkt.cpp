@@ -347,8 +347,8 @@ Residual SparseKkt::residual(const double* w, const double* y, const double* zet
   return result;
 }
 
-bool SparseKkt::factor(const double* weight) noexcept {
-  weight_ = weight;
+bool SparseKkt::factor(const double* weight, const double* r_d, const double* r_p, const double* h) noexcept {
+  weight_ = weight, r_d_ = r_d, r_p_ = r_p, h_ = h;
   std::copy(base_.begin(), base_.end(), values_.begin());
   for (int j = 0; j < n_; ++j) values_[at(diagonal_[at(j)])] += weight[j] + primal_shift_;
   for (int i = 0; i < m_; ++i) {

@@ -35,11 +35,15 @@ class SparseKkt {
   void stiffen() noexcept;
   bool can_hold(const signed char*) const noexcept { return true; }
   bool bounds(Rows& rows) const noexcept;
+  bool compact(const Rows& rows) const noexcept { return all_boxed(rows, n_); }
   void start(double* w, double* y) noexcept;
   void row_values(const double* w, double* v) const noexcept;
   double row_violation(const Rows& rows, double seen) const noexcept;
   Residual residual(const double* w, const double* y, const double* zeta, double* r_d, double* r_p) const noexcept;
-  bool factor(const double* weight) noexcept;
+  bool factor(const double* weight, const double* r_d, const double* r_p, const double* h) noexcept;
+  void step(double* dw, double* dy, double* nu, int refinements) noexcept {
+    solve(r_d_, r_p_, h_, dw, dy, nu, refinements);
+  }
   void solve(const double* r_d, const double* r_p, const double* h, double* dw, double* dy, double* nu,
              int refinements) noexcept;
   void pin(double* w, const double* target, const double* weight) const noexcept;
@@ -71,7 +75,7 @@ class SparseKkt {
   int n_ = 0, p_ = 0, m_ = 0;
   double primal_shift_ = 0.0, dual_shift_ = 0.0, first_primal_shift_ = 0.0, first_dual_shift_ = 0.0;
   const SparseQp* problem_ = nullptr;
-  const double* weight_ = nullptr;
+  const double *weight_ = nullptr, *r_d_ = nullptr, *r_p_ = nullptr, *h_ = nullptr;
   Block hessian_, equality_, inequality_;
   std::vector<double> c_, b_;
   std::vector<double> column_scale_, equality_scale_, row_scale_;

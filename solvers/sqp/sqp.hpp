@@ -28,7 +28,9 @@ class RealTimeSqp : public RelaxedSolver<M> {
  public:
   /// Linearises along the simulation of `plan` from problem.initial, a forecast of the state to be measured.
   virtual void prepare_step(const Problem<M>& problem, const RelaxedPlan<M>& plan) noexcept = 0;
-  /// One full Gauss-Newton step for the state `measured`; the report's status is feasible where the step was solved.
+  /// One full Gauss-Newton step for the state `measured`; the report's status is feasible where the step was solved,
+  /// its cost what the quadratic model promises (relaxed_cost() simulates, which the input to be applied need not wait
+  /// for).
   virtual Report feedback_step(const Problem<M>& problem, const StateOf<M>& measured, RelaxedPlan<M>& plan,
                                Deadline deadline) noexcept = 0;
 };

@@ -89,8 +89,11 @@ Report Sqp<M, P, A>::feedback_step(const Problem<M>& problem, const StateOf<M>& 
   if (report.status == Status::feasible) {
     move(1.0);
     for (std::size_t k = 0; k < t_.stages(); ++k) t_.to_plan(trial_.w[k], k, plan);
+    const auto& first = qp_.stages.front();  // whose share of the cost the QP leaves out, being given
+    report.cost = (cost_ + info.objective + qp_.x0.dot(0.5 * first.q_matrix * qp_.x0 + first.q)) / cost_scale_;
+  } else {
+    report.cost = relaxed_cost(problem, t_.grid, plan);
   }
-  report.cost = relaxed_cost(problem, t_.grid, plan);
   report.time_us = std::chrono::duration<double, std::micro>(Deadline::Clock::now() - start).count();
   return report;
 }

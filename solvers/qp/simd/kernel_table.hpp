@@ -25,6 +25,13 @@ struct Rows {
   double* zeta;  // z_u - z_l + z_f, the signed multiplier
 };
 
+/// Whether the first `count` rows are bounded on both sides.
+inline bool all_boxed(const Rows& rows, int count) {
+  for (int i = 0; i < count; ++i)
+    if (rows.fixed[i] == 0.0 && rows.mask_l[i] * rows.mask_u[i] == 0.0) return false;
+  return true;
+}
+
 struct RowState {
   double residual;  ///< largest |r|
   double product;   ///< sum of t z
@@ -45,6 +52,10 @@ struct RowKernels {
   RowStep (*step)(const Rows& rows, double target);  // dt, dz of the corrector from dv
   void (*advance)(const Rows& rows, double primal, double dual);
   void (*axpy)(int size, double factor, const double* x, double* y);  // y += factor x
+  void (*add)(int size, const double* x, const double* y, double* out);
+  /// out = a x + b, entry by entry
+  void (*multiply_add)(int size, const double* a, const double* x, const double* b, double* out);
+  bool (*finite)(int size, const double* x);  // neither infinite nor not a number
 };
 
 /// Stage data of an optimal-control QP, packed for the lanes of one vector: [x (NX) | u (NU) | 1 | padding], W lanes.
@@ -60,13 +71,16 @@ struct StagePack {
 
 /// What the Riccati recursion leaves behind.
 struct RiccatiPack {
-  double* value;        // [stages + 1][NX][W]  rows of P, affine lane p
-  double* gain;         // [stages][NU][W]      K in the x lanes: u = -K x - k
-  double* gain_t;       // [stages][NX][UL]     K transposed
-  double* inverse;      // [stages][NU][UL]     inverse of the reduced input Hessian
-  double* feedforward;  // [stages][UL]       k
-  double* costate;      // [stages + 1][XL]     p of the latest right-hand side
-  double* reduced;      // [stages][UL]         reduced gradient of the inputs
+  double* value;           // [stages + 1][NX][W]  rows of P
+  double* gain;            // [stages][NU][W]      K in the x lanes: u = -K x - k
+  double* gain_t;          // [stages][NX][UL]     K transposed
+  double* inverse;         // [stages][NU][UL]     inverse of the reduced input Hessian
+  double* closed_rows;     // [stages][NX][XL]     rows of A - B K
+  double* closed_columns;  // [stages][NX][XL]     its columns
+  // Of the latest right-hand side:
+  double* feedforward;  // [stages][UL]      k
+  double* costate;      // [stages + 1][XL]  p
+  double* moved;        // [stages + 1][XL]  p + P e
 };
 
 struct StageResidual {
@@ -80,12 +94,15 @@ struct RiccatiKernels {
   /// Stationarity and dynamics residuals at (w, y) with row multipliers zeta (state rows only if state_rows).
   StageResidual (*residual)(const StagePack& stages, const double* w, int state_offset, const double* y,
                             const double* zeta, bool state_rows, double* dual, double* primal);
-  /// P, K for barrier weights D; false when a pivot is not positive.
-  bool (*factor)(const StagePack& stages, const RiccatiPack& riccati, const double* weight, int state_offset,
-                 bool state_rows, double shift);
-  /// Step (dw, dy) for gradient g and dynamics residual e: A dx + B du + e = dx+.
-  void (*solve)(const StagePack& stages, const RiccatiPack& riccati, const double* g, int state_offset, const double* e,
-                double* dw, double* dy);
+  /// P, K for barrier weights D, and p, k for gradient g and dynamics residual e; false when a pivot is not positive.
+  bool (*factor)(const StagePack& stages, const RiccatiPack& riccati, const double* weight, const double* g,
+                 const double* e, int state_offset, bool state_rows, double shift);
+  /// p, k for another right-hand side.
+  void (*backward)(const StagePack& stages, const RiccatiPack& riccati, const double* g, const double* e,
+                   int state_offset);
+  /// The step (dw, dy) of the latest right-hand side: A dx + B du + e = dx+.
+  void (*forward)(const StagePack& stages, const RiccatiPack& riccati, const double* e, int state_offset, double* dw,
+                  double* dy);
 };
 
 const RowKernels& row_kernels(Isa isa);

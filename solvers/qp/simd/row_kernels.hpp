@@ -96,4 +96,19 @@ inline void axpy(int size, double factor, const double* x, double* y) {
   for (int i = 0; i < size; i += 8) put(y, i, get(y, i) + factor * get(x, i));
 }
 
-constexpr RowKernels row_table = {evaluate, predict, correct, step, advance, axpy};
+inline void add(int size, const double* x, const double* y, double* out) {
+  for (int i = 0; i < size; i += 8) put(out, i, get(x, i) + get(y, i));
+}
+
+inline void multiply_add(int size, const double* a, const double* x, const double* b, double* out) {
+  for (int i = 0; i < size; i += 8) put(out, i, get(a, i) * get(x, i) + get(b, i));
+}
+
+/// 0 x is 0 for a finite x and not a number for any other.
+inline bool finite(int size, const double* x) {
+  Lane total = {};
+  for (int i = 0; i < size; i += 8) total += 0.0 * get(x, i);
+  return sum<8>(total) == 0.0;
+}
+
+constexpr RowKernels row_table = {evaluate, predict, correct, step, advance, axpy, add, multiply_add, finite};
