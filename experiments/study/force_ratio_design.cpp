@@ -15,6 +15,8 @@
 namespace solenoid {
 namespace {
 
+constexpr double least_inertia = 1e-6;  // [kg m2]: the truth plant takes no lighter rotor
+
 struct Field {
   const char *section, *key;
   double RatioAssumptions::*value;
@@ -122,7 +124,7 @@ void size_motor(const RatioAssumptions& a, RatioDesign& d) {
   d.motor_torque_nm = d.motor_n * d.pinion_m / 2;
   const double torque = d.motor_torque_nm / a.motor_torque_nm, mass = std::pow(torque, a.motor_mass_exponent);
   d.motor_constant = a.motor_constant * std::pow(mass, 5.0 / 6);
-  d.motor_inertia = a.motor_inertia * std::pow(mass, 5.0 / 3);
+  d.motor_inertia = std::max(least_inertia, a.motor_inertia * std::pow(mass, 5.0 / 3));
   d.mass_kg += a.motor_mass_kg * mass + a.amplifier_mass_kg * std::pow(torque, a.amplifier_mass_exponent);
   d.price += a.motor_price * std::pow(torque, a.motor_price_exponent) +
              a.amplifier_price * std::pow(torque, a.amplifier_price_exponent);

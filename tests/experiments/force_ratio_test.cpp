@@ -51,6 +51,7 @@ TEST(RatioDesign, MassAndPriceAreTheStatedLaws) {
   EXPECT_NEAR(motor.price, 350 * std::pow(torque, 0.7) + 250 * std::sqrt(torque), 1e-9);
   EXPECT_NEAR(motor.motor_constant, 0.056 * std::pow(torque, 0.8 * 5 / 6), 1e-12);
   EXPECT_NEAR(motor.motor_inertia, 1.38e-5 * std::pow(torque, 0.8 * 5 / 3), 1e-15);
+  EXPECT_EQ(design_ratio(0.01, task(), a).motor_inertia, 1e-6);  // what the truth plant takes
   EXPECT_EQ(cylinder.motor_n, 0.0);
   EXPECT_EQ(motor.bore_m, 0.0);
 }
