@@ -13,6 +13,10 @@ variants = ["thesis_pd", "nine_state"]
 name       = "cycloidal_fast"
 trajectory = { kind = "cycloidal", move_s = 0.5, dwell_s = 0.25 }
 """,
+    "mine.toml": """
+[motor]
+price = 200.0
+""",
     "task.toml": """
 name = "crane"
 [arm]
@@ -82,6 +86,9 @@ RULES = [
     Rule(r"reproduce.*", "620 runs", "reproduce table-6-1 --format csv"),
     Rule(r"plot \[.*", "a synopsis", "plot campaign.toml --variant thesis_pd --scenario cycloidal_fast --svg plot.svg --seed 2"),
     Rule(r"study fishing(.*)", "grids of up to 1536 intervals", r"study fishing\1 --intervals 12,24"),
+    Rule(r"study force-ratio((?: --(?:assumptions|out|svg) \S+)*)", "1000 runs",
+         r"study force-ratio\1 --quick --shares 0,1 --evaluations 1 --plants 1 --judged 1"),
+    Rule(r"study force-ratio --quick (.*)", "eight ratios", r"study force-ratio --quick --shares 0.104 \1"),
     Rule(r"ledger", "200 states with Bonmin", "ledger --states 2 --bonmin 0"),
     Rule(r"ledger --variant nine_state --states 50 (.*)", "50 states", r"ledger --variant nine_state --states 2 \1"),
     Rule(r"scaling.*", "200 instances", "scaling --instances 1 --format csv"),
