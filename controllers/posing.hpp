@@ -48,15 +48,6 @@ void pose_reference(const Reference& reference, double time_s, int lead, double 
   }
 }
 
-/// Tells the estimator what acts until the next sample.
-template <HybridModel Model>
-void tell_applied(const Problem<Model>& problem, SwitchPattern in_effect, double motor_force_n,
-                  Estimator& estimator) noexcept {
-  SwitchedOf<Model> opening{};
-  std::ranges::copy(problem.modes.point(in_effect), opening.begin());
-  estimator.applied(opening, motor_force_n);
-}
-
 /// The end of a solve's budget, counted from now; none: never.
 inline Deadline deadline_in(const std::optional<double>& budget_ms) {
   if (!budget_ms) return Deadline::never();

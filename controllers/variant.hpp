@@ -50,8 +50,8 @@ struct VariantConfig {
   bool relaxed() const;  ///< solver is one of VariantChoices::relaxed_solvers()
   bool lawful() const;   ///< solver is one of VariantChoices::laws()
   bool hybrid() const { return motor != "none"; }
-  /// Whether the prediction has the motor's law in it: the model is then PrestabilisedActuator.
-  /// Whether the motor's law is in the prediction model; relaxed joint plans choose the whole force themselves.
+  /// Whether the prediction has the motor's law in it: the model is then PrestabilisedActuator. Relaxed joint plans
+  /// choose the whole force themselves.
   bool predicts_motor() const { return motor == "in_prediction" || (motor == "joint" && !relaxed()); }
 };
 
