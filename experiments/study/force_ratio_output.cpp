@@ -293,6 +293,7 @@ set border 3 lc rgb '#606060'
 set tics nomirror out scale 0.5
 set offsets graph 0.06, graph 0.14, 0, 0
 set xtics autofreq
+set ytics (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)
 set ylabel 'RMSE, mm'
 unset key
 )";
