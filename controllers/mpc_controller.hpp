@@ -18,8 +18,6 @@
 
 namespace solenoid {
 
-using MotorLaw = std::variant<NoMotor, PdMotor, InverseDynamicsMotor>;
-
 /// Predictive control of the valves beside a motor law: DMPC, DMPC+I and every variant whose modes come from a Solver.
 ///
 ///     each T_s    estimate, integral offset, motor force
@@ -61,7 +59,7 @@ class MpcController final : public Controller {
     tick_ += in_flight_.catch_up(sensors, parts_.estimator);
     Decision d;
     d.reference = parts_.reference.at(sensors.time_s);
-    take_estimate(sensors, parts_.use_estimate, parts_.estimator, parts_.problem.model, d);
+    take_estimate(sensors, parts_.use_estimate, parts_.estimator, parts_.problem.model, parts_.motor, d);
     d.offset_m = offset_.update(d.reference.position - d.estimate[position]);
     take_up_due_plan();
     if (deferred_) collect(d);

@@ -49,7 +49,7 @@ class RelaxedController final : public Controller {
   Decision step(const Sensors& sensors) noexcept override {
     Decision d;
     d.reference = parts_.reference.at(sensors.time_s);
-    take_estimate(sensors, parts_.use_estimate, parts_.estimator, parts_.problem.model, d);
+    take_estimate(sensors, parts_.use_estimate, parts_.estimator, parts_.problem.model, parts_.motor, d);
     d.offset_m = offset_.update(d.reference.position - d.estimate[position]);
     const int tick = static_cast<int>(tick_ % ticks_per_period);
     if (tick == 0) plan_period(sensors.time_s, d);

@@ -28,7 +28,7 @@ struct VariantConfig {
   ActuatorParameters believed;       ///< `model`, read
   std::string estimator = "thesis";
   EstimatorTuning estimation;  ///< of the estimator's name, with what the variant overrides
-  UseEstimate use_estimate;    ///< in the valves' prediction; the state always is
+  UseEstimate use_estimate;    ///< in the prediction and in inverse dynamics; the state always is
   int latency_ticks = 0;       ///< from sampling to a plan's taking effect
   std::string solver = "exhaustive";
   int steps = 100;                 ///< N_p, model steps of 1 ms

@@ -32,7 +32,7 @@ class LawController final : public Controller {
     tick_ += in_flight_.catch_up(sensors, parts_.estimator);
     Decision d;
     d.reference = parts_.reference.at(sensors.time_s);
-    take_estimate(sensors, parts_.use_estimate, parts_.estimator, parts_.model, d);
+    take_estimate(sensors, parts_.use_estimate, parts_.estimator, parts_.model, parts_.motor, d);
     d.command.motor_force_n =
         std::visit([&](const auto& law) { return law.force(d.reference, d.estimate); }, parts_.motor);
     d.command.coils = parts_.law.coils(

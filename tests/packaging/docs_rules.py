@@ -13,6 +13,18 @@ variants = ["thesis_pd", "nine_state"]
 name       = "cycloidal_fast"
 trajectory = { kind = "cycloidal", move_s = 0.5, dwell_s = 0.25 }
 """,
+    "mine.toml": """
+[motor]
+price = 200.0
+""",
+    "task.toml": """
+name = "crane"
+[arm]
+payload_kg = 1.5
+[motion]
+kind   = "quintic"
+move_s = 1.0
+""",
     "small_tuning.toml": """
 variants = ["thesis_pd"]
 [[scenario]]
@@ -91,6 +103,9 @@ RULES = [
     Rule(r"study sweep FILE.*", "placeholders", "study sweep small_study.toml --svg study.svg"),
     Rule(r"study (?:horizon|valves|forgetting)(.*)", "hundreds of runs", r"study sweep small_study.toml\1"),
     Rule(r"study fishing(.*)", "grids of up to 1536 intervals", r"study fishing\1 --intervals 12,24"),
+    Rule(r"study force-ratio((?: --(?:assumptions|out|svg) \S+)*)", "1000 runs",
+         r"study force-ratio\1 --quick --shares 0,1 --evaluations 1 --plants 1 --judged 1"),
+    Rule(r"study force-ratio --quick (.*)", "eight ratios", r"study force-ratio --quick --shares 0.104 \1"),
     Rule(r"ledger", "200 states with Bonmin", "ledger --states 2 --bonmin 0"),
     Rule(r"ledger --variant nine_state --states 50 (.*)", "50 states", r"ledger --variant nine_state --states 2 \1"),
     Rule(r"scaling.*", "200 instances", "scaling --instances 1 --format csv"),
