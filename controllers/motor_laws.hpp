@@ -3,6 +3,8 @@
 #include "core/actuator/prestabilised.hpp"
 #include "core/reference/trajectory.hpp"
 
+#include <variant>
+
 namespace solenoid {
 
 /// PD law (5.14): F = K_pe (y_d - y) + K_de (v_d - v), saturated.
@@ -20,10 +22,15 @@ class PdMotor {
 };
 
 /// Inverse dynamics (5.12): the PD law plus m_eq a_d - F_cyl - F_grav + F_fric of the believed model, saturated.
-/// Friction is F_cf sign(v) + C_vf v, none at rest.
+/// Friction is F_cf sign(v) + C_vf v, none at rest. A load that an estimator found enters mass and gravity (payload)
+/// and is subtracted (external force).
 class InverseDynamicsMotor {
  public:
   InverseDynamicsMotor(const PneumaticActuator& model, const MotorGains& gains) : model_(model), gains_(gains) {}
+  void set_load(double payload_kg, double external_force_n) noexcept {
+    model_.set_load(payload_kg, external_force_n);
+    external_n_ = external_force_n;
+  }
   double force(const ReferenceSample& desired, const ActuatorState& x) const {
     const ActuatorParameters& p = model_.parameters();
     const double v = x[velocity];
@@ -31,17 +38,20 @@ class InverseDynamicsMotor {
     return model_.saturated_motor_force(
         p.equivalent_mass_kg() * desired.acceleration + gains_.proportional * (desired.position - x[position]) +
         gains_.derivative * (desired.velocity - x[velocity]) - model_.cylinder_force(x[pressure_a], x[pressure_b]) -
-        model_.gravity_force(x[position]) + friction);
+        model_.gravity_force(x[position]) - external_n_ + friction);
   }
 
  private:
   PneumaticActuator model_;
   MotorGains gains_;
+  double external_n_ = 0.0;
 };
 
 /// No motor: the cylinder alone.
 struct NoMotor {
   double force(const ReferenceSample&, const ActuatorState&) const { return 0.0; }
 };
+
+using MotorLaw = std::variant<NoMotor, PdMotor, InverseDynamicsMotor>;
 
 }  // namespace solenoid

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "controllers/commands_in_flight.hpp"
 #include "controllers/estimators/estimator.hpp"
 #include "controllers/estimators/forecast.hpp"
 #include "controllers/integral_offset.hpp"
@@ -16,8 +17,6 @@
 #include <variant>
 
 namespace solenoid {
-
-using MotorLaw = std::variant<NoMotor, PdMotor, InverseDynamicsMotor>;
 
 /// Predictive control of the valves beside a motor law: DMPC, DMPC+I and every variant whose modes come from a Solver.
 ///
@@ -48,7 +47,7 @@ class MpcController final : public Controller {
       : parts_(std::move(parts)),
         deferred_(dynamic_cast<DeferredSolver<Model>*>(parts_.solver.get())),
         fresh_ticks_(ticks_per_period + (deferred_ ? std::max(0, ticks_per_period - parts_.latency_ticks) : 0)),
-        timing_(parts_.problem.modes, tick_s),
+        in_flight_(parts_.problem.modes),
         plan_(parts_.problem),
         current_{plan_},
         next_{plan_},
@@ -57,27 +56,22 @@ class MpcController final : public Controller {
   }
 
   Decision step(const Sensors& sensors) noexcept override {
-    catch_up(sensors);
+    tick_ += in_flight_.catch_up(sensors, parts_.estimator);
     Decision d;
     d.reference = parts_.reference.at(sensors.time_s);
-    take_estimate(sensors, parts_.use_estimate, parts_.estimator, parts_.problem.model, d);
+    take_estimate(sensors, parts_.use_estimate, parts_.estimator, parts_.problem.model, parts_.motor, d);
     d.offset_m = offset_.update(d.reference.position - d.estimate[position]);
     take_up_due_plan();
     if (deferred_) collect(d);
     if (tick_ / ticks_per_period != slot_) plan_valves(sensors.time_s, d);
     d.command.coils = coils(d);
     d.command.motor_force_n = motor_force(d.reference, d.estimate);
-    before_ = lines_;
-    assume(d.command);
+    in_flight_.take(d.command, parts_.estimator);
     ++tick_;
     return d;
   }
 
-  void applied(const Command& command) noexcept override {
-    if (command == assumed_) return;
-    lines_ = before_;
-    assume(command);
-  }
+  void applied(const Command& command) noexcept override { in_flight_.correct(command, parts_.estimator); }
 
   void restart(double time_s, double position_m) noexcept override {
     parts_.reference.restart(time_s, position_m);
@@ -94,20 +88,6 @@ class MpcController final : public Controller {
     std::int64_t begin = 0;
     bool valid = false;
   };
-
-  /// Ticks that were skipped passed under the last command, unmeasured.
-  void catch_up(const Sensors& sensors) noexcept {
-    const std::int64_t elapsed = std::llround((sensors.time_s - last_time_s_) / tick_s);
-    last_time_s_ = sensors.time_s;
-    if (tick_ == 0 || elapsed < 2) return;
-    Sensors unknown = sensors;
-    unknown.position_m = unknown.pressure_a_pa = unknown.pressure_b_pa = std::numeric_limits<double>::quiet_NaN();
-    for (std::int64_t k = 1; k < elapsed; ++k) {
-      if (k <= most_predicted_ticks && !sensors.ideal) parts_.estimator.update(unknown);
-      assume(assumed_);
-    }
-    tick_ += elapsed - 1;
-  }
 
   double motor_force(const ReferenceSample& desired, const StateOf<Model>& x) const noexcept {
     if constexpr (HasFeedback<Model>)
@@ -137,7 +117,7 @@ class MpcController final : public Controller {
   /// The problem of this tick, whose plan takes effect `lead` ticks later.
   void pose(double time_s, int lead, const Decision& d) noexcept {
     Problem<Model>& problem = parts_.problem;
-    problem.lines = lines_;
+    problem.lines = in_flight_.lines();
     problem.initial = problem.model.nearest_valid(forecast(
         problem.model, problem.modes, d.estimate, problem.lines, lead, tick_s, [&](int j, const StateOf<Model>& x) {
           return ContinuousOf<Model>{motor_force(parts_.reference.at(time_s + j * tick_s), x)};
@@ -189,7 +169,7 @@ class MpcController final : public Controller {
       d.plan_age = static_cast<int>(std::min<std::int64_t>(tick_ - oldest_, 1 << 20));
       d.planned = d.plan_age < fresh_ticks_;  // the first plan is still on its way
       planned_n_ = 0.0;
-      return lines_.commanded();
+      return in_flight_.lines().commanded();
     }
     d.plan_age = static_cast<int>(std::min<std::int64_t>(tick_ - current_.begin, 1 << 20));
     d.rung = d.plan_age < fresh_ticks_ ? Rung::fresh : Rung::shifted;
@@ -201,26 +181,13 @@ class MpcController final : public Controller {
     return parts_.problem.modes.pattern(current_.plan.modes[b]);
   }
 
-  /// Lines and estimator go on under this command.
-  void assume(const Command& command) noexcept {
-    assumed_ = command;
-    lines_.command(command.coils, timing_);
-    tell_applied(parts_.problem, lines_.effective(), command.motor_force_n, parts_.estimator);
-    lines_.advance(1);
-  }
-
-  static constexpr std::int64_t most_predicted_ticks = 20;
-
   Parts parts_;
   DeferredSolver<Model>* deferred_;  // parts_.solver, if it is one
   int fresh_ticks_;
-  SwitchTiming timing_;
-  SwitchLines lines_{0}, before_{0};
-  Command assumed_;
+  CommandsInFlight in_flight_;
   Plan<Model> plan_;  // the newest, and the next solve's warm start
   Active current_, next_;
   IntegralOffset offset_;
-  double last_time_s_ = 0.0;
   double planned_n_ = 0.0;  // a joint plan's motor force beside the law
   std::int64_t tick_ = 0, slot_ = -1, plan_tick_ = -ticks_per_period, oldest_ = 0;
 };

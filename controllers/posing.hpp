@@ -1,6 +1,7 @@
 #pragma once
 
 #include "controllers/estimators/estimator.hpp"
+#include "controllers/motor_laws.hpp"
 #include "controllers/timing.hpp"
 #include "controllers/variant.hpp"
 #include "core/mpc/deadline.hpp"
@@ -14,10 +15,10 @@ namespace solenoid {
 
 /// What every predictive controller does around its solver: from the sensors to a posed problem.
 
-/// The state into `d`, and what the prediction uses of the rest of the estimate into `model`. Under ideal sensing the
-/// true state passes the estimator by.
+/// The state into `d`, and what the prediction uses of the rest of the estimate into `model` and into a
+/// motor law that has a model. Under ideal sensing the true state passes the estimator by.
 template <HybridModel Model>
-void take_estimate(const Sensors& sensors, const UseEstimate& use, Estimator& estimator, Model& model,
+void take_estimate(const Sensors& sensors, const UseEstimate& use, Estimator& estimator, Model& model, MotorLaw& motor,
                    Decision& d) noexcept {
   if (sensors.ideal) {
     d.estimate = sensors.truth;
@@ -26,8 +27,10 @@ void take_estimate(const Sensors& sensors, const UseEstimate& use, Estimator& es
   d.estimate = estimator.update(sensors);
   d.detail = estimator.detail();
   if (!use.payload && !use.disturbance) return;
-  model.set_load(use.payload ? d.detail.payload_kg : model.parameters().payload_mass_kg,
-                 use.disturbance ? d.detail.disturbance_n : 0.0);
+  const double payload_kg = use.payload ? d.detail.payload_kg : model.parameters().payload_mass_kg;
+  const double external_n = use.disturbance ? d.detail.disturbance_n : 0.0;
+  model.set_load(payload_kg, external_n);
+  if (auto* law = std::get_if<InverseDynamicsMotor>(&motor)) law->set_load(payload_kg, external_n);
 }
 
 /// The reference ahead of `time_s`, shifted by the integral's offset, for a problem that begins `lead` ticks later.
@@ -43,15 +46,6 @@ void pose_reference(const Reference& reference, double time_s, int lead, double 
       problem.setpoint[j] = {begin.position, begin.velocity};
     }
   }
-}
-
-/// Tells the estimator what acts until the next sample.
-template <HybridModel Model>
-void tell_applied(const Problem<Model>& problem, SwitchPattern in_effect, double motor_force_n,
-                  Estimator& estimator) noexcept {
-  SwitchedOf<Model> opening{};
-  std::ranges::copy(problem.modes.point(in_effect), opening.begin());
-  estimator.applied(opening, motor_force_n);
 }
 
 /// The end of a solve's budget, counted from now; none: never.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "controllers/commands_in_flight.hpp"
 #include "controllers/estimators/estimator.hpp"
 #include "controllers/mpc_controller.hpp"
 #include "controllers/pulse_width.hpp"
@@ -35,6 +36,7 @@ class RelaxedController final : public Controller {
   explicit RelaxedController(Parts parts)
       : parts_(std::move(parts)),
         timing_(parts_.problem.modes, tick_s),
+        in_flight_(parts_.problem.modes),
         plan_(parts_.problem, parts_.grid),
         pulses_(parts_.problem.modes, tick_s),
         offset_(parts_.integral) {
@@ -47,16 +49,13 @@ class RelaxedController final : public Controller {
   Decision step(const Sensors& sensors) noexcept override {
     Decision d;
     d.reference = parts_.reference.at(sensors.time_s);
-    take_estimate(sensors, parts_.use_estimate, parts_.estimator, parts_.problem.model, d);
+    take_estimate(sensors, parts_.use_estimate, parts_.estimator, parts_.problem.model, parts_.motor, d);
     d.offset_m = offset_.update(d.reference.position - d.estimate[position]);
     const int tick = static_cast<int>(tick_ % ticks_per_period);
     if (tick == 0) plan_period(sensors.time_s, d);
-    lines_.command(pulses_.command(tick), timing_);
-    d.command.coils = lines_.commanded();
+    d.command.coils = pulses_.command(tick);
     d.command.motor_force_n = motor_force(d);
-    pulses_.applied(tick, lines_.effective());
-    tell_applied(parts_.problem, lines_.effective(), d.command.motor_force_n, parts_.estimator);
-    lines_.advance(1);
+    pulses_.applied(tick, in_flight_.take(d.command, parts_.estimator));
     ++tick_;
     return d;
   }
@@ -69,13 +68,13 @@ class RelaxedController final : public Controller {
 
   void plan_period(double time_s, Decision& d) noexcept {
     Problem<Model>& problem = parts_.problem;
-    problem.lines = lines_;
+    problem.lines = in_flight_.lines();
     problem.initial = problem.model.nearest_valid(d.estimate);
     pose_reference(parts_.reference, time_s, 0, d.offset_m, problem);
     if (tick_ > 0) shift_relaxed_plan(parts_.grid, ticks_per_period, plan_);
     d.report = parts_.solver->solve(problem, plan_, deadline_in(parts_.deadline_ms));
     d.solved = true;
-    pulses_.plan(wanted(), lines_);
+    pulses_.plan(wanted(), in_flight_.lines());
   }
 
   /// Switch states in effect in the first two intervals of the plan, as its prediction has them.
@@ -98,7 +97,7 @@ class RelaxedController final : public Controller {
 
   Parts parts_;
   SwitchTiming timing_;
-  SwitchLines lines_{0};
+  CommandsInFlight in_flight_;
   RelaxedPlan<Model> plan_;
   PulseWidth pulses_;
   IntegralOffset offset_;

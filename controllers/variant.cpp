@@ -136,10 +136,6 @@ void read_estimator(TableReader& table, VariantConfig& v) {
     table.fail("use_estimate", "the estimator 'thesis' has nothing but the state (allowed: state)");
 }
 
-}  // namespace
-
-namespace {
-
 /// What is left of a variant without a solver: its law, and no key that a law has no use for.
 VariantConfig read_law_variant(TableReader& table, VariantConfig v) {
   read_model(table, v);

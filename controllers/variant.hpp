@@ -28,7 +28,7 @@ struct VariantConfig {
   ActuatorParameters believed;       ///< `model`, read
   std::string estimator = "thesis";
   EstimatorTuning estimation;  ///< of the estimator's name, with what the variant overrides
-  UseEstimate use_estimate;    ///< in the valves' prediction; the state always is
+  UseEstimate use_estimate;    ///< in the prediction and in inverse dynamics; the state always is
   int latency_ticks = 0;       ///< from sampling to a plan's taking effect
   std::string solver = "exhaustive";
   int steps = 100;                 ///< N_p, model steps of 1 ms
@@ -50,8 +50,8 @@ struct VariantConfig {
   bool relaxed() const;  ///< solver is one of VariantChoices::relaxed_solvers()
   bool lawful() const;   ///< solver is one of VariantChoices::laws()
   bool hybrid() const { return motor != "none"; }
-  /// Whether the prediction has the motor's law in it: the model is then PrestabilisedActuator.
-  /// Whether the motor's law is in the prediction model; relaxed joint plans choose the whole force themselves.
+  /// Whether the prediction has the motor's law in it: the model is then PrestabilisedActuator. Relaxed joint plans
+  /// choose the whole force themselves.
   bool predicts_motor() const { return motor == "in_prediction" || (motor == "joint" && !relaxed()); }
 };
 

@@ -1,13 +1,11 @@
 #pragma once
 
 #include "controllers/baselines/law.hpp"
+#include "controllers/commands_in_flight.hpp"
 #include "controllers/estimators/estimator.hpp"
 #include "controllers/mpc_controller.hpp"
 #include "controllers/posing.hpp"
 #include "core/rt/controller.hpp"
-
-#include <cmath>
-#include <limits>
 
 namespace solenoid {
 
@@ -28,27 +26,23 @@ class LawController final : public Controller {
     Estimator estimator;
     UseEstimate use_estimate;
   };
-  explicit LawController(Parts parts) : parts_(std::move(parts)), timing_(parts_.modes, tick_s) {}
+  explicit LawController(Parts parts) : parts_(std::move(parts)), in_flight_(parts_.modes) {}
 
   Decision step(const Sensors& sensors) noexcept override {
-    pass_skipped_ticks(sensors);
+    tick_ += in_flight_.catch_up(sensors, parts_.estimator);
     Decision d;
     d.reference = parts_.reference.at(sensors.time_s);
-    take_estimate(sensors, parts_.use_estimate, parts_.estimator, parts_.model, d);
+    take_estimate(sensors, parts_.use_estimate, parts_.estimator, parts_.model, parts_.motor, d);
     d.command.motor_force_n =
         std::visit([&](const auto& law) { return law.force(d.reference, d.estimate); }, parts_.motor);
     d.command.coils = parts_.law.coils(
         {tick_, sensors.time_s, parts_.reference, d.reference, d.estimate, d.command.motor_force_n, parts_.model});
+    in_flight_.take(d.command, parts_.estimator);
     ++tick_;
-    go_on(d.command);
     return d;
   }
 
-  void applied(const Command& command) noexcept override {
-    if (command == assumed_) return;
-    lines_ = before_;
-    go_on(command);
-  }
+  void applied(const Command& command) noexcept override { in_flight_.correct(command, parts_.estimator); }
 
   void restart(double time_s, double position_m) noexcept override {
     parts_.reference.restart(time_s, position_m);
@@ -56,34 +50,8 @@ class LawController final : public Controller {
   }
 
  private:
-  /// The command of a tick acts until the next one.
-  void go_on(const Command& command) noexcept {
-    before_ = lines_;
-    assumed_ = command;
-    lines_.command(command.coils, timing_);
-    SwitchedOf<PneumaticActuator> opening{};
-    std::ranges::copy(parts_.modes.point(lines_.effective()), opening.begin());
-    parts_.estimator.applied(opening, command.motor_force_n);
-    lines_.advance(1);
-  }
-
-  /// They went by under the last command; the estimator predicts through the first of them.
-  void pass_skipped_ticks(Sensors sensors) noexcept {
-    const auto skipped = tick_ == 0 ? 0 : std::llround((sensors.time_s - last_time_s_) / tick_s) - 1;
-    last_time_s_ = sensors.time_s;
-    sensors.position_m = sensors.pressure_a_pa = sensors.pressure_b_pa = std::numeric_limits<double>::quiet_NaN();
-    for (std::int64_t k = 0; k < skipped; ++k, ++tick_) {
-      if (k < most_predicted_ticks && !sensors.ideal) parts_.estimator.update(sensors);
-      go_on(assumed_);
-    }
-  }
-  static constexpr std::int64_t most_predicted_ticks = 20;
-
   Parts parts_;
-  SwitchTiming timing_;
-  SwitchLines lines_{0}, before_{0};
-  Command assumed_;
-  double last_time_s_ = 0.0;
+  CommandsInFlight in_flight_;
   std::int64_t tick_ = 0;
 };
 

@@ -20,11 +20,15 @@ struct ErrorSums {
   double rms(std::size_t n) const { return std::sqrt(squares / static_cast<double>(n)); }
 };
 
-void steady_part(std::span<const TickRecord> ticks, double from_s, Metrics& m) {
+void steady_part(std::span<const TickRecord> ticks, double from_s, double tick_s, double air_kg, Metrics& m) {
   double sum = 0, sum_abs = 0, low = 1e300, high = -1e300;
-  int n = 0;
+  int n = 0, switches = 0;
+  SwitchPattern coils = 0;
   for (const TickRecord& t : ticks) {
+    const int changed = std::popcount(t.applied.coils ^ coils);
+    coils = t.applied.coils;
     if (t.sensors.time_s < from_s) continue;
+    switches += changed;
     const double y = 1e3 * t.sensors.truth[position], error = 1e3 * t.decision.reference.position - y;
     sum += error;
     sum_abs += std::abs(error);
@@ -37,6 +41,8 @@ void steady_part(std::span<const TickRecord> ticks, double from_s, Metrics& m) {
   m.sse_abs_mean_mm = std::abs(sum) / n;
   m.sse_mean_abs_mm = sum_abs / n;
   m.ssa_mm = high - low;
+  m.steady_switches_per_s = switches / (n * tick_s);
+  m.steady_air_g_per_s = 1e3 * air_kg / (n * tick_s);
 }
 
 /// Largest excursion beyond the last desired position, in the direction of the move, relative to the steady value the
@@ -69,7 +75,7 @@ Percentiles percentiles(std::vector<double>& sample) {
   return {rank(0.5), rank(0.9), rank(0.99), rank(0.999), sample.back()};
 }
 
-Metrics evaluate_run(std::span<const TickRecord> ticks, const Trajectory& trajectory, double tick_s, double air_kg,
+Metrics evaluate_run(std::span<const TickRecord> ticks, const Trajectory& trajectory, double tick_s, const AirUse& air,
                      double deadline_us) {
   Metrics m;
   if (ticks.empty()) return m;
@@ -105,9 +111,9 @@ Metrics evaluate_run(std::span<const TickRecord> ticks, const Trajectory& trajec
   m.mae_measured_mm = measured.largest;
   m.motor_rms_n = std::sqrt(motor_squares / n);
   m.switches_per_s = m.coil_switches / (n * tick_s);
-  m.air_g = 1e3 * air_kg;
+  m.air_g = 1e3 * air.total_kg;
   m.air_nl = m.air_g / normal_density_g_per_l;
-  if (trajectory.steady_from_s()) steady_part(ticks, *trajectory.steady_from_s(), m);
+  if (trajectory.steady_from_s()) steady_part(ticks, *trajectory.steady_from_s(), tick_s, air.steady_kg, m);
   m.overshoot_percent = overshoot_percent(ticks, trajectory);
   m.proven_optimal_fraction = solves ? static_cast<double>(proven) / solves : 0.0;
   m.solve_us = percentiles(solve_us);

@@ -26,7 +26,9 @@ struct Metrics {
   double overshoot_percent = 0;                      ///< beyond the last desired position, relative to the whole move
   int coil_switches = 0;
   double switches_per_s = 0;
-  double air_g = 0, air_nl = 0;  ///< supply air; normal litres at 0 C and 101 325 Pa (DIN 1343)
+  double steady_switches_per_s = 0;  ///< steady part: coil changes, what holding still costs
+  double air_g = 0, air_nl = 0;      ///< supply air; normal litres at 0 C and 101 325 Pa (DIN 1343)
+  double steady_air_g_per_s = 0;     ///< steady part; 0 where the supply air at its beginning is not known
   double motor_rms_n = 0;
   Percentiles solve_us;
   int deadline_misses = 0;
@@ -34,8 +36,14 @@ struct Metrics {
   bool finite = true;                  ///< false if any state was not: the run is unstable and its numbers mean nothing
 };
 
+/// Supply air that a run drew.
+struct AirUse {
+  double total_kg = 0;
+  double steady_kg = 0;  ///< of it in the steady part
+};
+
 /// `deadline_us`: a solve longer than this is a miss.
-Metrics evaluate_run(std::span<const TickRecord> ticks, const Trajectory& trajectory, double tick_s, double air_kg,
+Metrics evaluate_run(std::span<const TickRecord> ticks, const Trajectory& trajectory, double tick_s, const AirUse& air,
                      double deadline_us);
 
 }  // namespace solenoid

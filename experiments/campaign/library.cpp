@@ -12,7 +12,8 @@
 namespace solenoid {
 namespace {
 
-constexpr const char* shipped_folder = "scenarios/";
+constexpr const char* shipped_folder = "scenarios/";  // whose variants are known everywhere
+constexpr const char* studies_folder = "studies/";    // whose are not
 
 /// A file's text, or that of the shipped file of this name ("default" or "default.toml").
 std::string text_of(const std::string& path) {
@@ -23,8 +24,8 @@ std::string text_of(const std::string& path) {
   }
   std::string name = std::filesystem::path(path).filename().string();
   if (!name.ends_with(".toml")) name += ".toml";
-  const std::string_view shipped = embedded_text(shipped_folder + name);
-  if (!shipped.empty()) return std::string(shipped);
+  for (const char* folder : {shipped_folder, studies_folder})
+    if (const std::string_view shipped = embedded_text(folder + name); !shipped.empty()) return std::string(shipped);
   throw ConfigError(fmt::format("{}: cannot be read (allowed: a readable TOML file, or a shipped one)", path));
 }
 
@@ -79,7 +80,7 @@ void Library::load(const std::string& path, std::vector<std::string>& including)
     for (const std::string& name : reader.texts("include"))
       load((std::filesystem::path(reader.folder()) / name).string(), including);
   including.pop_back();
-  for (const char* known : {"name", "variants", "seeds", "scenario", "variant"}) reader.has(known);
+  for (const char* known : {"name", "variants", "seeds", "scenario", "variant", "study"}) reader.has(known);
   reader.finish();
   if (const std::string name = reader.text_or("name", "-"); name.empty() || name.find('/') != std::string::npos)
     reader.fail("name", fmt::format("'{}' names no folder (allowed: a text without /)", name));

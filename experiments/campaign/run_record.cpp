@@ -19,6 +19,7 @@ struct Column {
   int Metrics::*count = nullptr;
   double Percentiles::*solve_us = nullptr;  ///< in JSON inside `solve_us`, by `inner`
   const char* inner = nullptr;
+  bool later = false;  ///< results folders of earlier programs do not have it
 
   double value(const Metrics& m) const {
     if (number) return m.*number;
@@ -37,13 +38,16 @@ const std::vector<Column>& columns() {
       {"mae_measured_mm", &M::mae_measured_mm},
       {"sse_mean_abs_mm", &M::sse_mean_abs_mm},
       {"sse_abs_mean_mm", &M::sse_abs_mean_mm},
+      {.name = "sse_max_abs_mm", .number = &M::sse_max_abs_mm, .later = true},
       {"ssa_mm", &M::ssa_mm},
       {"itae", &M::itae},
       {"overshoot_percent", &M::overshoot_percent},
       {"coil_switches", nullptr, &M::coil_switches},
       {"switches_per_s", &M::switches_per_s},
+      {.name = "steady_switches_per_s", .number = &M::steady_switches_per_s, .later = true},
       {"air_g", &M::air_g},
       {"air_nl", &M::air_nl},
+      {.name = "steady_air_g_per_s", .number = &M::steady_air_g_per_s, .later = true},
       {"motor_rms_n", &M::motor_rms_n},
       {"solve_us_p50", nullptr, nullptr, &P::p50, "p50"},
       {"solve_us_p90", nullptr, nullptr, &P::p90, "p90"},
@@ -124,6 +128,7 @@ RunRecord record_from_json(const Json& json) {
   if (!record.ok()) return record;
   Metrics m;
   for (const Column& column : columns()) {
+    if (column.later && !json.contains(column.name)) continue;
     if (column.number) json.at(column.name).get_to(m.*column.number);
     if (column.count) json.at(column.name).get_to(m.*column.count);
     if (column.solve_us) json.at("solve_us").at(column.inner).get_to(m.solve_us.*column.solve_us);

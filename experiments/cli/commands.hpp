@@ -32,5 +32,6 @@ void add_export(CLI::App& app, int& exit_code);
 void add_faults(CLI::App& app, int& exit_code);
 void add_tune(CLI::App& app, int& exit_code);
 void add_identify(CLI::App& app, int& exit_code);
+void add_size(CLI::App& app, int& exit_code);
 
 }  // namespace solenoid

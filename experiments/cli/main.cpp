@@ -49,6 +49,7 @@ int run(int argc, char** argv) {
   solenoid::add_faults(app, exit_code);
   solenoid::add_tune(app, exit_code);
   solenoid::add_identify(app, exit_code);
+  solenoid::add_size(app, exit_code);
   if (argc < 2) {
     solenoid::write_standard_output(app.help());
     return solenoid::success;

@@ -1,11 +1,15 @@
 #include "core/config/reader.hpp"
 #include "experiments/campaign/files.hpp"
 #include "experiments/campaign/interrupt.hpp"
+#include "experiments/campaign/machine.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/identify/study.hpp"
 #include "experiments/report/text_table.hpp"
 #include "experiments/study/fishing.hpp"
+#include "experiments/study/force_ratio.hpp"
+#include "experiments/study/sweep.hpp"
 
+#include <algorithm>
 #include <memory>
 #include <thread>
 
@@ -75,11 +79,98 @@ void add_identification(CLI::App& study, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = coverage(*options); });
 }
 
+struct SweepCommand {
+  std::string file, format = "table", svg;
+  CampaignOptions run;
+};
+
+/// A study that is data: its campaign is run into a folder, its tables are made of the records.
+int sweep(const SweepCommand& command) {
+  const Study study = read_study(command.file);
+  const CampaignResult result = run_campaign(study.campaign, command.run);
+  const std::vector<StudyRows> rows = study_rows(study, result.records);
+  write_standard_output(command.format == "json"  ? study_json(study, rows)
+                        : command.format == "csv" ? study_csv(study, rows)
+                                                  : study_text(study, rows, colour_wanted()));
+  fmt::print(stderr, "Results: {}\n", result.folder);
+  if (result.interrupted) {
+    fmt::print(stderr, "solenoid: interrupted with {} of {} runs finished; the same command with --out {} resumes\n",
+               result.records.size(), study.campaign.runs.size(), result.folder);
+    return interrupted;
+  }
+  if (!command.svg.empty()) draw_study(study, rows, command.svg, FigureFormat::svg);
+  const bool failed = std::ranges::any_of(result.records, [](const RunRecord& r) { return r.failed(); });
+  return failed ? failure : success;
+}
+
+void add_sweep(CLI::App& study, int& exit_code, const std::string& name, const std::string& help) {
+  auto options = std::make_shared<SweepCommand>();
+  options->file = "studies/" + name + ".toml";  // the shipped one; no folder of results has its name
+  CLI::App* command = study.add_subcommand(name, help);
+  if (name == "sweep") command->add_option("file", options->file, "a study (docs/studies.md)")->required();
+  command->add_option("--out", options->run.out, "results folder; one that is there already is resumed")
+      ->check([](const std::string& text) { return text.empty() ? "empty (allowed: a folder)" : std::string(); });
+  command->add_option("--jobs", options->run.jobs, "worker processes; default: one a core")->check(CLI::Range(1, 1024));
+  command->add_option("--format", options->format, "table, json or csv")
+      ->check(CLI::IsMember({"table", "json", "csv"}));
+  command->add_option("--svg", options->svg, "write the plot to this SVG file");
+  command->callback([options, &exit_code] { exit_code = sweep(*options); });
+}
+
+struct ForceRatioCommand {
+  RatioSettings settings;
+  std::string format = "table", svg;
+};
+
+int force_ratio(ForceRatioCommand command) {
+  RatioSettings& settings = command.settings;
+  if (settings.out.empty()) settings.out = "results/force-ratio-" + compact_timestamp();
+  const InterruptGuard guard;
+  const RatioStudy study =
+      study_force_ratio(settings, [](const std::string& what) { fmt::print(stderr, "force-ratio: {}\n", what); });
+  write_standard_output(command.format == "json"  ? force_ratio_json(study)
+                        : command.format == "csv" ? force_ratio_csv(study)
+                                                  : force_ratio_text(study, colour_wanted()));
+  if (study.interrupted) {
+    fmt::print(stderr, "solenoid: interrupted after {} ratios; the same command with --out {} resumes\n",
+               study.ratios.size(), study.folder);
+    return interrupted;
+  }
+  if (!command.svg.empty()) draw_force_ratio(study, command.svg);
+  return success;
+}
+
+void add_force_ratio(CLI::App& study, int& exit_code) {
+  auto options = std::make_shared<ForceRatioCommand>();
+  RatioSettings& s = options->settings;
+  CLI::App* command = study.add_subcommand(
+      "force-ratio", "cylinder only to motor only at equal capability: error, energy, mass, price");
+  command
+      ->add_option("--shares", s.shares,
+                   "the motor's share of the capability; default 0,0.025,0.05,0.104,0.2,0.4,0.7,1")
+      ->delimiter(',')
+      ->check(CLI::Range(0.0, 1.0));
+  command->add_option("--evaluations", s.evaluations, "of each ratio's tuning, for each of its laws; default 12")
+      ->check(CLI::Range(1, 10000));
+  command->add_option("--plants", s.plants, "hidden mismatches a motion to tune on, as many held out; default 2")
+      ->check(CLI::Range(1, 999));
+  command->add_option("--judged", s.judged, "others, a motion, that the figures come from; default 10")
+      ->check(CLI::Range(1, 999));
+  command->add_option("--assumptions", s.assumptions, "a TOML file of what differs from study/force_ratio.toml");
+  command->add_flag("--quick", s.quick, "motions of a second: tries the command, gives no figure");
+  command->add_option("--jobs", s.jobs, "worker processes; default: one a core")->check(CLI::Range(1, 1024));
+  command->add_option("--out", s.out, "folder; one that is there already is resumed");
+  command->add_option("--format", options->format, "table, json or csv")
+      ->check(CLI::IsMember({"table", "json", "csv"}));
+  command->add_option("--svg", options->svg, "write the fronts to this SVG file");
+  command->callback([options, &exit_code] { exit_code = force_ratio(*options); });
+}
+
 }  // namespace
 
 void add_study(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<FishingCommand>();
-  CLI::App* study = app.add_subcommand("study", "studies against known answers: solvers, identification");
+  CLI::App* study = app.add_subcommand("study", "studies: one command and one page of docs/ each");
   study->require_subcommand(1);
   CLI::App* command = study->add_subcommand("fishing", "Lotka-Volterra fishing: relaxed, rounded, two switches");
   command->add_option("--intervals", options->intervals, "grids, coarse to fine: divisors of 1536")
@@ -89,6 +180,12 @@ void add_study(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"table", "json", "csv"}));
   command->add_option("--svg", options->svg, "write the plot to this SVG file");
   command->callback([options, &exit_code] { exit_code = fishing(*options); });
+  add_sweep(*study, exit_code, "sweep", "a study of your own: one number of some variants varied");
+  add_sweep(*study, exit_code, "horizon",
+            "Table 5-2's trade of overshoot against steady-state error, its knee, and better");
+  add_sweep(*study, exit_code, "valves", "three, four, seven and nine valve states: error, switches, air, holding");
+  add_sweep(*study, exit_code, "forgetting", "the integral's forgetting factor: error and oscillation");
+  add_force_ratio(*study, exit_code);
   add_identification(*study, exit_code);
 }
 

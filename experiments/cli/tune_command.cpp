@@ -18,7 +18,7 @@ namespace {
 struct Options {
   TuneSettings settings;
   std::vector<std::string> free;
-  std::string format = "table";
+  std::string format = "table", objective = "rmse";
 };
 
 /// The picture is no reason to lose what was found.
@@ -33,6 +33,7 @@ void try_to_draw(const TuneResult& result) {
 int run_tuning(Options& options) {
   TuneSettings& settings = options.settings;
   for (const std::string& text : options.free) settings.free.push_back(parse_free_parameter(text));
+  settings.aim = options.objective == "step" ? TuneAim::step : TuneAim::rmse;
   if (settings.out.empty()) settings.out = fmt::format("results/tune-{}-{}", settings.variant, compact_timestamp());
   const InterruptGuard guard;
   const TuneResult result = tune(settings, [&](const TuneResult& so_far) {
@@ -61,10 +62,15 @@ void add_tune(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "--free", options->free,
-          "a key of the variant and its range, repeatable: cost.switching=1e-9..1e-6:log, horizon.steps=20..100:whole")
+          "a key of the variant and its range, repeatable: cost.switching=1e-9..1e-6:log, horizon.steps=20..100:whole, "
+          "horizon.blocks.0=1..6:whole (the first block; steps follow)")
       ->required();
   command->add_option("--campaign", s.campaign,
                       "file or shipped campaign; scenarios named held_out... judge, the others train; default tuning");
+  command
+      ->add_option("--objective", options->objective,
+                   "rmse: of the true position; step: overshoot and steady-state error of step tests; default rmse")
+      ->check(CLI::IsMember({"rmse", "step"}));
   command->add_option("--algorithm", s.algorithm, "of NLopt; default subplex")->check(CLI::IsMember(tune_algorithms()));
   command->add_option("--evaluations", s.evaluations, "at most; default 60")->check(CLI::Range(1, 100000));
   command->add_option("--patience", s.patience, "end after so many without a better one; default 25")

@@ -259,7 +259,7 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
   result.timing = statistics.timing();
   const auto* simulated = dynamic_cast<const SimulatedPlant*>(&plant);
   result.metrics = evaluate_run(statistics.kept(), scenario.trajectory, tick_s,
-                                simulated ? simulated->air_used_kg() : 0.0, 1e6 * period_s);
+                                {.total_kg = simulated ? simulated->air_used_kg() : 0.0}, 1e6 * period_s);
   return result;
 }
 

@@ -83,10 +83,16 @@ RunResult simulate(const VariantConfig& variant, const ScenarioConfig& scenario,
   MemoryRecorder recorder(static_cast<std::size_t>(ticks));
   FakeClock clock;
   ControlLoop loop(*plant, clock, *controller, limits, recorder);
-  loop.run(ticks, tick_s);
+  const double steady_from_s = scenario.trajectory.steady_from_s().value_or(scenario.duration_s);
+  double air_before_kg = 0.0;
+  loop.run(ticks, tick_s, [&] {
+    if (recorder.records().back().sensors.time_s < steady_from_s) air_before_kg = plant->air_used_kg();
+    return false;
+  });
 
   RunResult result;
-  result.metrics = evaluate_run(recorder.records(), scenario.trajectory, tick_s, plant->air_used_kg(), 1e6 * period_s);
+  const AirUse air{plant->air_used_kg(), plant->air_used_kg() - air_before_kg};
+  result.metrics = evaluate_run(recorder.records(), scenario.trajectory, tick_s, air, 1e6 * period_s);
   result.ticks = recorder.records();
   return result;
 }

@@ -12,12 +12,13 @@
 namespace solenoid {
 namespace {
 
-constexpr std::size_t score_columns = 7;
+constexpr std::size_t score_columns = 9;
 
 std::string heading_of(const std::vector<FreeParameter>& free, const std::string& identity) {
   std::string heading = fmt::format("# {}\nstep", identity);
   for (const char* group : {"", "held_out_"})
-    for (const char* column : {"objective", "rmse_mm", "worst_rmse_mm", "switches_per_s", "air_g", "runs", "bad"})
+    for (const char* column : {"objective", "rmse_mm", "worst_rmse_mm", "overshoot_percent", "sse_mm", "switches_per_s",
+                               "air_g", "runs", "bad"})
       heading += fmt::format(",{}{}", group, column);
   for (const FreeParameter& p : free) heading += "," + p.key;
   return heading + "\n";
@@ -25,8 +26,8 @@ std::string heading_of(const std::vector<FreeParameter>& free, const std::string
 
 std::string cells_of(const std::optional<Score>& s) {
   if (!s) return std::string(score_columns, ',');
-  return fmt::format(",{},{},{},{},{},{},{}", s->objective, s->rmse_mm, s->worst_rmse_mm, s->switches_per_s, s->air_g,
-                     s->runs, s->bad);
+  return fmt::format(",{},{},{},{},{},{},{},{},{}", s->objective, s->rmse_mm, s->worst_rmse_mm, s->overshoot_percent,
+                     s->sse_mm, s->switches_per_s, s->air_g, s->runs, s->bad);
 }
 
 std::vector<std::string> split(const std::string& line) {
@@ -37,7 +38,15 @@ std::vector<std::string> split(const std::string& line) {
 }
 
 Score score_from(const std::vector<double>& c, std::size_t at) {
-  return {c[at], c[at + 1], c[at + 2], c[at + 3], c[at + 4], static_cast<int>(c[at + 5]), static_cast<int>(c[at + 6])};
+  return {c[at],
+          c[at + 1],
+          c[at + 2],
+          c[at + 3],
+          c[at + 4],
+          c[at + 5],
+          c[at + 6],
+          static_cast<int>(c[at + 7]),
+          static_cast<int>(c[at + 8])};
 }
 
 /// A line of numbers, empty cells as 0; nothing for a line that was cut or spoiled.

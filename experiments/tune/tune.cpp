@@ -1,6 +1,7 @@
 #include "experiments/tune/tune.hpp"
 
 #include "core/config/reader.hpp"
+#include "experiments/campaign/campaign_draft.hpp"
 #include "experiments/campaign/files.hpp"
 #include "experiments/campaign/interrupt.hpp"
 #include "experiments/campaign/library.hpp"
@@ -13,6 +14,7 @@
 #include <cmath>
 #include <exception>
 #include <limits>
+#include <map>
 #include <memory>
 
 #include <fmt/format.h>
@@ -24,8 +26,10 @@ namespace solenoid {
 namespace {
 
 constexpr double effort_weight = 5.0, bad_weight = 10.0;
-constexpr double first_step = 0.15;  // of each range
-constexpr double converged = 0.01;   // of each range
+constexpr double overshoot_range_percent = 35.0, sse_range_mm = 10.0;  // of Table 5-2
+constexpr double least_error = 1e-6;                                   // of which a logarithm is taken
+constexpr double first_step = 0.15;                                    // of each range
+constexpr double converged = 0.01;                                     // of each range
 constexpr std::string_view held_out_prefix = "held_out";
 
 struct Algorithm {
@@ -42,27 +46,79 @@ double effort_excess(const Score& s, const EffortLimits& limits) {
   return effort_weight * (excess(s.switches_per_s, limits.switches_per_s) + excess(s.air_g, limits.air_g));
 }
 
-/// The table a dotted key lies in, and the key there.
-std::pair<toml::table*, std::string> place_of(toml::table& table, const std::string& key) {
-  const std::size_t dot = key.find('.');
-  if (dot == std::string::npos) return {&table, key};
-  const std::string head = key.substr(0, dot);
-  if (!table.contains(head)) table.insert(head, toml::table{});
-  if (!table[head].is_table()) throw ConfigError(fmt::format("--free: '{}' is no table of the variant", head));
-  return place_of(*table[head].as_table(), key.substr(dot + 1));
+/// What a variant has that does not say.
+std::optional<double> default_of(const std::string& key) {
+  const VariantConfig v;
+  const std::map<std::string, double> defaults = {{"horizon.steps", v.steps},
+                                                  {"cost.position", v.position_weight},
+                                                  {"cost.velocity", v.velocity_weight},
+                                                  {"cost.switching", v.switching_weight},
+                                                  {"cost.air", v.air_weight},
+                                                  {"cost.terminal_position", v.terminal_position_weight},
+                                                  {"cost.terminal_velocity", v.terminal_velocity_weight},
+                                                  {"cost.motor", v.motor_weight},
+                                                  {"integral.gain", v.integral.gain},
+                                                  {"integral.forgetting", v.integral.forgetting},
+                                                  {"motor_gains.proportional", v.motor_gains.proportional},
+                                                  {"motor_gains.derivative", v.motor_gains.derivative}};
+  const auto found = defaults.find(key);
+  return found == defaults.end() ? std::nullopt : std::optional(found->second);
+}
+
+/// Means over the runs that ended well.
+void judge_steps(std::span<const RunRecord> records, Score& s) {
+  for (const RunRecord& r : records) {
+    if (!r.metrics) continue;
+    s.overshoot_percent += r.metrics->overshoot_percent / (s.runs - s.bad);
+    s.sse_mm += r.metrics->sse_max_abs_mm / (s.runs - s.bad);
+  }
+}
+
+double error_of(const Score& s, TuneAim aim) {
+  return aim == TuneAim::rmse ? s.rmse_mm
+                              : std::hypot(s.overshoot_percent / overshoot_range_percent, s.sse_mm / sse_range_mm);
 }
 
 /// Campaigns of one variant with values of ours, made from text: what the reader refuses it refuses here.
 class Candidates {
  public:
-  Candidates(const TuneSettings& settings) : settings_(settings) {
-    const Campaign all = read_campaign(settings.campaign, {{settings.variant}, {}});
-    document_ = toml::parse(all.resolved_toml);
-    for (const InputFile& input : all.inputs) {
-      const std::filesystem::path path = folder_.path() / input.name;
-      create_folder(path.parent_path().string());
-      write_file_atomically(path.string(), input.text);
+  explicit Candidates(const TuneSettings& settings)
+      : Candidates(settings, read_campaign(settings.campaign, {{settings.variant}, {}})) {}
+
+  /// Of the campaign before any value is set.
+  const std::string& identity() const { return identity_; }
+  Campaign training(const std::vector<double>& values) { return read(values, training_); }
+  Campaign held_out(const std::vector<double>& values) { return read(values, held_out_); }
+
+  /// What the variant has now, as near as the ranges allow; the middle of the range where nobody knows.
+  std::vector<double> start() const {
+    std::vector<double> values;
+    for (const FreeParameter& p : settings_.free) {
+      auto said = number_at(*draft_.document()["variant"][settings_.variant].as_table(), p.key);
+      if (!said) said = default_of(p.key);
+      values.push_back(p.at(said ? p.point(*said) : 0.5));
     }
+    return values;
+  }
+
+  /// The variant and NAME_tuned on the held-out scenarios.
+  std::string tuned_campaign(const std::vector<double>& values) {
+    toml::table document = draft_.document();
+    toml::table tuned = variant_of(document);
+    set(tuned, values);
+    const std::string name = settings_.variant + "_tuned";
+    document["variants"].as_array()->push_back(name);
+    document["variant"].as_table()->insert(name, tuned);
+    toml::array scenarios;
+    for (const toml::node& scenario : *draft_.document()["scenario"].as_array())
+      if (scenario.as_table()->get("name")->value<std::string>()->starts_with(held_out_prefix))
+        scenarios.push_back(*scenario.as_table());
+    document.insert_or_assign("scenario", scenarios);
+    return toml_text(document) + "\n";
+  }
+
+ private:
+  Candidates(const TuneSettings& settings, const Campaign& all) : settings_(settings), draft_(all) {
     for (const ScenarioConfig& s : all.scenarios)
       (s.name.starts_with(held_out_prefix) ? held_out_ : training_).push_back(s.name);
     if (training_.empty() || held_out_.empty())
@@ -74,62 +130,21 @@ class Candidates {
     identity_ = fingerprint(identity_);
   }
 
-  /// Of the campaign before any value is set.
-  const std::string& identity() const { return identity_; }
-  Campaign training(const std::vector<double>& values) { return read(values, training_); }
-  Campaign held_out(const std::vector<double>& values) { return read(values, held_out_); }
-
-  /// What the variant has now, where it says; the middle of the range where it does not.
-  std::vector<double> start() {
-    std::vector<double> values;
-    for (const FreeParameter& p : settings_.free) {
-      const auto [table, key] = place_of(variant_of(document_), p.key);
-      const auto said = (*table)[key].value<double>();
-      values.push_back(p.at(said ? p.point(*said) : 0.5));
-    }
-    return values;
-  }
-
-  /// The variant and NAME_tuned on the held-out scenarios.
-  std::string tuned_campaign(const std::vector<double>& values) {
-    toml::table document = document_;
-    toml::table tuned = variant_of(document);
-    set(tuned, values);
-    const std::string name = settings_.variant + "_tuned";
-    document["variants"].as_array()->push_back(name);
-    document["variant"].as_table()->insert(name, tuned);
-    toml::array scenarios;
-    for (const toml::node& scenario : *document_["scenario"].as_array())
-      if (scenario.as_table()->get("name")->value<std::string>()->starts_with(held_out_prefix))
-        scenarios.push_back(*scenario.as_table());
-    document.insert_or_assign("scenario", scenarios);
-    return toml_text(document) + "\n";
-  }
-
- private:
   toml::table& variant_of(toml::table& document) { return *document["variant"][settings_.variant].as_table(); }
 
   void set(toml::table& variant, const std::vector<double>& values) const {
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const auto [table, key] = place_of(variant, settings_.free[i].key);
-      if (settings_.free[i].scale == FreeParameter::Scale::whole)
-        table->insert_or_assign(key, static_cast<std::int64_t>(values[i]));
-      else
-        table->insert_or_assign(key, values[i]);
-    }
+    for (std::size_t i = 0; i < values.size(); ++i)
+      set_number(variant, settings_.free[i].key, values[i], settings_.free[i].scale == FreeParameter::Scale::whole);
   }
 
   Campaign read(const std::vector<double>& values, const std::vector<std::string>& scenarios) {
-    toml::table document = document_;
+    toml::table document = draft_.document();
     set(variant_of(document), values);
-    const std::string path = (folder_.path() / "candidate.toml").string();
-    write_file_atomically(path, toml_text(document) + "\n");
-    return read_campaign(path, {{settings_.variant}, scenarios});
+    return draft_.read(document, {{settings_.variant}, scenarios});
   }
 
   const TuneSettings& settings_;
-  TemporaryFolder folder_;
-  toml::table document_;
+  CampaignDraft draft_;
   std::vector<std::string> training_, held_out_;
   std::string identity_;
 };
@@ -144,8 +159,8 @@ class Tuner {
     std::string identity = candidates_.identity();
     for (const FreeParameter& p : settings.free)
       identity += fmt::format(" {}={}..{}:{}", p.key, p.low, p.high, static_cast<int>(p.scale));
-    identity += fmt::format(" {} {} {}", settings.algorithm, settings.switches_per_s.value_or(-1.0),
-                            settings.air_g.value_or(-1.0));
+    identity += fmt::format(" {} {} {} {}", static_cast<int>(settings.aim), settings.algorithm,
+                            settings.switches_per_s.value_or(-1.0), settings.air_g.value_or(-1.0));
     history_ = std::make_unique<TuneHistory>(settings.out, settings.free, fingerprint(identity));
   }
 
@@ -218,7 +233,7 @@ class Tuner {
   std::optional<Score> score(const Campaign& campaign) const {
     const auto records = run_in_processes(campaign, settings_.jobs);
     if (!records) return std::nullopt;
-    return score_of(*records, result_.limits);
+    return score_of(*records, result_.limits, settings_.aim);
   }
 
   /// The next step; false if interrupted.
@@ -276,7 +291,7 @@ class Tuner {
 
 }  // namespace
 
-Score score_of(std::span<const RunRecord> records, const EffortLimits& limits) {
+Score score_of(std::span<const RunRecord> records, const EffortLimits& limits, TuneAim aim) {
   Score s;
   s.runs = static_cast<int>(records.size());
   s.bad = static_cast<int>(std::ranges::count_if(records, [](const RunRecord& r) { return !r.ok(); }));
@@ -288,7 +303,8 @@ Score score_of(std::span<const RunRecord> records, const EffortLimits& limits) {
   s.worst_rmse_mm = v.worst_rmse_mm;
   s.switches_per_s = v.switches_per_s;
   s.air_g = v.air_g;
-  s.objective += std::log(s.rmse_mm) + effort_excess(s, limits);
+  judge_steps(records, s);
+  s.objective += std::log(std::max(error_of(s, aim), least_error)) + effort_excess(s, limits);
   return s;
 }
 

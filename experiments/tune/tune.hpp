@@ -11,14 +11,21 @@
 
 namespace solenoid {
 
+/// What of a run is made small: the error along a motion, or what chapter 5 chose N_p by in step tests.
+enum class TuneAim { rmse, step };
+
 /// How good a variant is on a group of scenarios. What is minimised:
 ///
-///     J = ln(RMSE) + 5 max(0, ln(s / s_max)) + 5 max(0, ln(a / a_max)) + 10 bad / runs
+///     J = ln(E) + 5 max(0, ln(s / s_max)) + 5 max(0, ln(a / a_max)) + 10 bad / runs
 ///
-/// RMSE the geometric mean of the true position's over the runs [mm], s coil switches per second, a supply air of a run
-/// [g], bad the runs that did not end well.
+///     rmse   E = RMSE, the geometric mean of the true position's over the runs [mm]
+///     step   E = |(overshoot / 35 %, SSE / 10 mm)|, means over the runs in units of the ranges of Table 5-2; SSE the
+///            largest absolute error of the steady part
+///
+/// s coil switches per second, a supply air of a run [g], bad the runs that did not end well.
 struct Score {
-  double objective = 0.0, rmse_mm = 0.0, worst_rmse_mm = 0.0, switches_per_s = 0.0, air_g = 0.0;
+  double objective = 0.0, rmse_mm = 0.0, worst_rmse_mm = 0.0, overshoot_percent = 0.0, sse_mm = 0.0,
+         switches_per_s = 0.0, air_g = 0.0;
   int runs = 0, bad = 0;
 };
 
@@ -26,12 +33,13 @@ struct Score {
 struct EffortLimits {
   double switches_per_s = 0.0, air_g = 0.0;
 };
-Score score_of(std::span<const RunRecord> records, const EffortLimits& limits);
+Score score_of(std::span<const RunRecord> records, const EffortLimits& limits, TuneAim aim = TuneAim::rmse);
 
 /// A tuning run: which keys of a variant, how judged, how long.
 struct TuneSettings {
   std::string campaign = "tuning", variant;
   std::vector<FreeParameter> free;
+  TuneAim aim = TuneAim::rmse;
   std::string algorithm = "subplex";            ///< of tune_algorithms()
   int evaluations = 60;                         ///< on the training scenarios, at most
   int patience = 25;                            ///< ends after so many without a better one
@@ -50,7 +58,7 @@ struct TuneStep {
 };
 
 struct TuneResult {
-  std::vector<TuneStep> steps;  ///< steps[0]: the variant as it is
+  std::vector<TuneStep> steps;  ///< steps[0]: the variant as it is, or as near to it as the ranges go
   std::size_t chosen = 0;       ///< of the improvements, the one that is best on the held-out scenarios
   EffortLimits limits;
   std::string ended;  ///< "evaluations" | "patience" | "converged" | "interrupted"

@@ -20,6 +20,8 @@ nlohmann::ordered_json json_of(const Score& s) {
   return {{"objective", s.objective},
           {"rmse_mm", s.rmse_mm},
           {"worst_rmse_mm", s.worst_rmse_mm},
+          {"overshoot_percent", s.overshoot_percent},
+          {"sse_mm", s.sse_mm},
           {"switches_per_s", s.switches_per_s},
           {"air_g", s.air_g},
           {"runs", s.runs},
@@ -28,8 +30,9 @@ nlohmann::ordered_json json_of(const Score& s) {
 
 void add_row(TextTable& table, const std::string& name, const Score& s) {
   table.add_row(std::vector<std::string>{name, short_number(s.objective), short_number(s.rmse_mm),
-                                         short_number(s.worst_rmse_mm), short_number(s.switches_per_s),
-                                         short_number(s.air_g), fmt::format("{} of {}", s.bad, s.runs)});
+                                         short_number(s.worst_rmse_mm), short_number(s.overshoot_percent),
+                                         short_number(s.sse_mm), short_number(s.switches_per_s), short_number(s.air_g),
+                                         fmt::format("{} of {}", s.bad, s.runs)});
 }
 
 }  // namespace
@@ -40,6 +43,8 @@ std::string tune_text(const TuneSettings& settings, const TuneResult& result, bo
                     {"objective"},
                     {"RMSE mm"},
                     {"worst mm"},
+                    {"overshoot %"},
+                    {"SSE mm"},
                     {"switches/s"},
                     {"air g"},
                     {"bad runs"}});
@@ -84,9 +89,12 @@ std::string tune_progress(const TuneSettings& settings, const TuneResult& result
   std::string values;
   for (std::size_t i = 0; i < settings.free.size(); ++i)
     values += fmt::format(" {}={:.3g}", settings.free[i].key, result.steps[step].values[i]);
-  return fmt::format("step {} of {}: objective {:.3f}, RMSE {:.4f} mm, {:.1f} switches/s, {:.2f} g; best {} |{}", step,
-                     settings.evaluations, s.objective, s.rmse_mm, s.switches_per_s, s.air_g, best_training(result),
-                     values);
+  return fmt::format(
+      "step {} of {}: objective {:.3f}, RMSE {:.4f} mm, overshoot {:.1f} %, SSE {:.3f} mm, {:.1f} switches/s, {:.2f} "
+      "g; "
+      "best {} |{}",
+      step, settings.evaluations, s.objective, s.rmse_mm, s.overshoot_percent, s.sse_mm, s.switches_per_s, s.air_g,
+      best_training(result), values);
 }
 
 void draw_tuning(const TuneResult& result, const std::string& path) {
@@ -109,7 +117,7 @@ set border 3 lc rgb '#606060'
 set tics nomirror out scale 0.5
 set xlabel 'step'
 set xrange [0:*]
-set ylabel 'objective: ln(RMSE / mm), plus effort beyond the limits'
+set ylabel 'objective: ln(error), plus effort beyond the limits'
 set key top right
 set offsets 0, 0.5, graph 0.05, graph 0.05
 set yrange [*:{}<*]

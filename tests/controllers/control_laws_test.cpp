@@ -40,6 +40,22 @@ TEST(MotorLaws, InverseDynamicsMakeTheErrorDecayLinearly) {
   EXPECT_NEAR(PdMotor(model, {}).force({0.06, 0, 0}, x), 8.0, 1e-12);
 }
 
+TEST(MotorLaws, InverseDynamicsCarryALoadThatWasEstimated) {
+  const PneumaticActuator nominal;
+  ActuatorParameters heavier;
+  heavier.payload_mass_kg = 0.02;
+  InverseDynamicsMotor told(nominal, {50.0, 5.0});
+  const InverseDynamicsMotor knows(PneumaticActuator(heavier), {50.0, 5.0});
+  const ReferenceSample desired{0.05, 0.1, 0.02};
+  const ActuatorState x{0.0499, 0.098, 101325 * 1.25, 101325};
+  const double before = told.force(desired, x);
+  told.set_load(0.02, 0.0);
+  EXPECT_NEAR(told.force(desired, x), knows.force(desired, x), 1e-9);
+  EXPECT_GT(told.force(desired, x), before + 0.1);
+  told.set_load(0.02, 0.7);  // a force towards +y does some of the work
+  EXPECT_NEAR(told.force(desired, x), knows.force(desired, x) - 0.7, 1e-9);
+}
+
 /// Plans mode 1, 2, 3, 1, ... and calls every third plan unusable.
 struct Scripted final : Solver<PneumaticActuator> {
   explicit Scripted(std::vector<double>& references) : references(references) {}

@@ -62,6 +62,17 @@ TEST(TuneScore, IsTheLogOfTheGeometricMeanPlusEffortBeyondTheLimits) {
   EXPECT_NEAR(s.objective, std::log(0.02) + 10.0 / 3, 1e-9);
 }
 
+TEST(TuneScore, OfStepsIsTheDistanceToNoOvershootAndNoErrorInUnitsOfTable52) {
+  std::vector<RunRecord> runs = {record("a", 6, 10, 1), record("b", 6, 10, 1)};
+  runs[0].metrics->overshoot_percent = 21;
+  runs[0].metrics->sse_max_abs_mm = 2;
+  runs[1].metrics->sse_max_abs_mm = 6;
+  const Score s = score_of(runs, {20, 2}, TuneAim::step);
+  EXPECT_EQ(s.overshoot_percent, 10.5);
+  EXPECT_EQ(s.sse_mm, 4.0);
+  EXPECT_NEAR(s.objective, std::log(0.5), 1e-12);  // |(0.3, 0.4)|
+}
+
 /// The horizon of the thesis's law with a good estimator: shorter is better (docs/robustness.md).
 std::string campaign_in(const Folder& folder) {
   return folder.write("c.toml", R"(
@@ -115,6 +126,32 @@ TEST(Tune, FindsTheShorterHorizonAndLeavesACampaignThatShowsIt) {
   EXPECT_EQ(tuned.scenarios[0].name, "held_out");
 }
 
+TEST(Tune, BeginsWithTheVariantAsItIsWhereItSaysNothingToo) {
+  const Folder folder;
+  TuneSettings s = settings_in(folder, "out");
+  s.free = {parse_free_parameter("integral.forgetting=0.9..1"), parse_free_parameter("cost.switching=1e-9..1e-6:log"),
+            parse_free_parameter("motor_gains.derivative=100..1000")};
+  s.evaluations = 1;
+  EXPECT_EQ(tune(s).steps[0].values, (std::vector<double>{1.0, 1e-9, 400.0}));
+}
+
+TEST(Tune, FreesTheLengthsOfBlocks) {
+  const Folder folder;
+  TuneSettings s = settings_in(folder, "out");
+  s.campaign = folder.write("b.toml",
+                            "include = [\"c.toml\"]\nvariants = [\"blocks\"]\n[variant.blocks]\nsolver = "
+                            "\"branch_and_bound\"\nhorizon = { steps = 100, blocks = [4, 16] }\n");
+  s.variant = "blocks";
+  s.free = {parse_free_parameter("horizon.blocks.0=1..4:whole"), parse_free_parameter("horizon.blocks.1=2..16:whole")};
+  s.evaluations = 4;
+  const TuneResult result = tune(s);
+  EXPECT_EQ(result.steps[0].values, (std::vector<double>{4, 16}));
+  const Campaign tuned = read_campaign(folder.file("out/tuned.toml"));
+  const std::vector<double>& chosen = result.steps[result.chosen].values;
+  EXPECT_EQ(tuned.variants[1].blocks, (std::vector<int>{static_cast<int>(chosen[0]), static_cast<int>(chosen[1])}));
+  EXPECT_EQ(tuned.variants[1].steps, static_cast<int>(5 * (chosen[0] + chosen[1])));
+}
+
 TEST(Tune, ResumesWithoutRepeatingAndEndsWhereOneRunEnds) {
   const Folder folder;
   TuneSettings brief = settings_in(folder, "parts"), whole = settings_in(folder, "whole");
@@ -160,16 +197,19 @@ TEST(Tune, RefusesWhatCannotBeTuned) {
 TEST(TuneCommand, PrintsBeforeAndAfterDrawsTheHistoryAndNamesWhatItRefuses) {
   const Folder folder;
   campaign_in(folder);
-  const test::ProgramRun run = test::run_program(
-      folder, "tune thesis_pd_ekf --campaign c.toml --free horizon.steps=20..100:whole --evaluations 3 --out o");
+  const test::ProgramRun run =
+      test::run_program(folder,
+                        "tune thesis_pd_ekf --campaign c.toml --free horizon.steps=20..100:whole --evaluations 3 "
+                        "--switches 1000 --air 1000 --out o");
   EXPECT_EQ(run.exit_code, 0) << run.err;
   for (const char* word : {"training, before", "held out, tuned", "horizon.steps", "compare o/tuned.toml"})
     EXPECT_THAT(run.out, HasSubstr(word));
   EXPECT_THAT(run.err, HasSubstr("step 3 of 3"));
   EXPECT_THAT(test::text_of(folder.file("o/history.svg")), HasSubstr("best so far"));
-  const test::ProgramRun json = test::run_program(
-      folder,
-      "tune thesis_pd_ekf --campaign c.toml --free horizon.steps=20..100:whole --evaluations 3 --out o --format json");
+  const test::ProgramRun json =
+      test::run_program(folder,
+                        "tune thesis_pd_ekf --campaign c.toml --free horizon.steps=20..100:whole --evaluations 3 "
+                        "--switches 1000 --air 1000 --out o --format json");
   EXPECT_EQ(nlohmann::json::parse(json.out).at("steps").size(), 4u);
   const test::ProgramRun bad = test::run_program(folder, "tune thesis_pd_ekf --campaign c.toml --free horizon.steps=9");
   EXPECT_EQ(bad.exit_code, 2);

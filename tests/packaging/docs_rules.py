@@ -13,6 +13,18 @@ variants = ["thesis_pd", "nine_state"]
 name       = "cycloidal_fast"
 trajectory = { kind = "cycloidal", move_s = 0.5, dwell_s = 0.25 }
 """,
+    "mine.toml": """
+[motor]
+price = 200.0
+""",
+    "task.toml": """
+name = "crane"
+[arm]
+payload_kg = 1.5
+[motion]
+kind   = "quintic"
+move_s = 1.0
+""",
     "small_tuning.toml": """
 variants = ["thesis_pd"]
 [[scenario]]
@@ -21,6 +33,21 @@ trajectory = { kind = "cycloidal", move_s = 0.5, dwell_s = 0.25 }
 [[scenario]]
 name       = "held_out"
 trajectory = { kind = "cycloidal", move_s = 0.6, dwell_s = 0.25 }
+""",
+    "small_study.toml": """
+variants = ["thesis_pd"]
+[[scenario]]
+name       = "rest"
+trajectory = { kind = "cycloidal", move_s = 0.5, dwell_s = 0.25 }
+[study]
+sweep = { key = "integral.gain", values = [0.001, 0.005] }
+[[study.table]]
+name      = "rest"
+scenarios = ["rest"]
+figures   = ["ssa_mm"]
+[[study.panel]]
+table = "rest"
+y     = "ssa_mm"
 """,
 }
 
@@ -85,7 +112,12 @@ RULES = [
     # the thesis, studies
     Rule(r"reproduce.*", "620 runs", "reproduce table-6-1 --format csv"),
     Rule(r"plot \[.*", "a synopsis", "plot campaign.toml --variant thesis_pd --scenario cycloidal_fast --svg plot.svg --seed 2"),
+    Rule(r"study sweep FILE.*", "placeholders", "study sweep small_study.toml --svg study.svg"),
+    Rule(r"study (?:horizon|valves|forgetting)(.*)", "hundreds of runs", r"study sweep small_study.toml\1"),
     Rule(r"study fishing(.*)", "grids of up to 1536 intervals", r"study fishing\1 --intervals 12,24"),
+    Rule(r"study force-ratio((?: --(?:assumptions|out|svg) \S+)*)", "1000 runs",
+         r"study force-ratio\1 --quick --shares 0,1 --evaluations 1 --plants 1 --judged 1"),
+    Rule(r"study force-ratio --quick (.*)", "eight ratios", r"study force-ratio --quick --shares 0.104 \1"),
     Rule(r"ledger", "200 states with Bonmin", "ledger --states 2 --bonmin 0"),
     Rule(r"ledger --variant nine_state --states 50 (.*)", "50 states", r"ledger --variant nine_state --states 2 \1"),
     Rule(r"scaling.*", "200 instances", "scaling --instances 1 --format csv"),
@@ -94,6 +126,8 @@ RULES = [
          "tune thesis_pd --free cost.switching=1e-9..1e-6:log --campaign small_tuning.toml --evaluations 1"),
     Rule(r"tune nine_robust (.*) --evaluations 40 (.*)", "2900 runs",
          r"tune nine_robust \1 --evaluations 1 \2 --campaign small_tuning.toml"),
+    Rule(r"tune (thesis_pd --free .*) --evaluations 20 (.*)", "480 runs", r"tune \1 --evaluations 1 \2 --campaign small_tuning.toml"),
+    Rule(r"tune (\S+ --campaign experiments/tuning/\S+ .*) --evaluations \d+ (.*)", "hundreds of runs", r"tune \1 --evaluations 1 \2"),
     Rule(r"tune (.*) --evaluations 40 (.*)", "80 runs", r"tune \1 --evaluations 1 \2"),
     # profile
     Rule(r"profile", "measures until it is quiet", "profile --variant thesis_pd --passes 1"),

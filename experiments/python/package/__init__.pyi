@@ -52,8 +52,10 @@ class Metrics:
     overshoot_percent: float
     coil_switches: int
     switches_per_s: float
+    steady_switches_per_s: float
     air_g: float
     air_nl: float
+    steady_air_g_per_s: float
     motor_rms_n: float
     solve_us: Percentiles
     deadline_misses: int

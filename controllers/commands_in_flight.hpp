@@ -1,0 +1,74 @@
+#pragma once
+
+#include "controllers/estimators/estimator.hpp"
+#include "controllers/timing.hpp"
+#include "core/mpc/mode_set.hpp"
+#include "core/rt/controller.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace solenoid {
+
+/// What a controller believes acts on the plant: the commands on their way to the valves, and what the estimator is
+/// told of them.
+class CommandsInFlight {
+ public:
+  explicit CommandsInFlight(const ModeSet& modes) : modes_(modes), timing_(modes, tick_s) {}
+
+  /// The lines as the next tick begins.
+  const SwitchLines& lines() const { return lines_; }
+
+  /// This tick's command acts until the next; returns the switch states it finds in effect.
+  SwitchPattern take(const Command& command, Estimator& estimator) noexcept {
+    before_ = lines_;
+    return pass(command, estimator);
+  }
+
+  /// The plant was given another command in the tick that take() was last told of.
+  void correct(const Command& command, Estimator& estimator) noexcept {
+    if (command == last_) return;
+    lines_ = before_;
+    pass(command, estimator);
+  }
+
+  /// Ticks skipped before this sample went by under the last command, unmeasured; the estimator predicts through the
+  /// first of them. Returns how many. The first sample ever has none before it.
+  std::int64_t catch_up(const Sensors& sensors, Estimator& estimator) noexcept {
+    const std::int64_t skipped = begun_ ? std::llround((sensors.time_s - last_time_s_) / tick_s) - 1 : 0;
+    begun_ = true;
+    last_time_s_ = sensors.time_s;
+    Sensors unknown = sensors;
+    unknown.position_m = unknown.pressure_a_pa = unknown.pressure_b_pa = std::numeric_limits<double>::quiet_NaN();
+    for (std::int64_t k = 0; k < skipped; ++k) {
+      if (k < most_predicted_ticks && !sensors.ideal) estimator.update(unknown);
+      pass(last_, estimator);
+    }
+    return std::max<std::int64_t>(0, skipped);
+  }
+
+ private:
+  static constexpr std::int64_t most_predicted_ticks = 20;
+
+  SwitchPattern pass(const Command& command, Estimator& estimator) noexcept {
+    last_ = command;
+    lines_.command(command.coils, timing_);
+    const SwitchPattern in_effect = lines_.effective();
+    Vector<double, 4> opening{};
+    std::ranges::copy(modes_.point(in_effect), opening.begin());
+    estimator.applied(opening, command.motor_force_n);
+    lines_.advance(1);
+    return in_effect;
+  }
+
+  ModeSet modes_;
+  SwitchTiming timing_;
+  SwitchLines lines_{0}, before_{0};
+  Command last_;
+  double last_time_s_ = 0.0;
+  bool begun_ = false;
+};
+
+}  // namespace solenoid

@@ -1,0 +1,143 @@
+#include "experiments/study/sweep.hpp"
+
+#include "experiments/thesis/printed_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+namespace solenoid {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+const StudyFigure& figure_named(const std::string& name) {
+  return *std::ranges::find(study_figures(), name, [](const StudyFigure& f) { return std::string(f.name); });
+}
+
+double pooled(const StudyFigure& figure, std::span<const Metrics* const> runs) {
+  if (runs.empty()) return nan;
+  double sum = 0.0, largest = -std::numeric_limits<double>::infinity();
+  for (const Metrics* m : runs) {
+    const double value = m->*figure.number;
+    sum += figure.pool == StudyFigure::Pool::geometric_mean ? std::log(std::max(value, 1e-12)) : value;
+    largest = std::max(largest, value);
+  }
+  if (figure.pool == StudyFigure::Pool::largest) return largest;
+  const double mean = sum / static_cast<double>(runs.size());
+  return figure.pool == StudyFigure::Pool::geometric_mean ? std::exp(mean) : mean;
+}
+
+StudyPoint point_of(const StudyTable& table, const Study::Member& member, std::optional<double> value,
+                    std::span<const RunRecord* const> records) {
+  StudyPoint point{.series = member.series, .value = value, .runs = static_cast<int>(records.size())};
+  std::vector<const Metrics*> ended;
+  for (const RunRecord* r : records)
+    if (r->metrics) ended.push_back(&*r->metrics);
+  point.bad = point.runs - static_cast<int>(ended.size());
+  for (const std::string& name : table.figures) point.figures.push_back(pooled(figure_named(name), ended));
+  return point;
+}
+
+bool belongs(const StudyTable& table, const std::string& scenario) {
+  return std::ranges::any_of(table.scenarios, [&](const std::string& prefix) { return scenario.starts_with(prefix); });
+}
+
+StudyRows printed_rows(const PrintedSeries& printed) {
+  const PrintedTable table = PrintedTable::shipped(printed.file);
+  StudyRows rows;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    StudyPoint point{.series = printed.name, .value = table.number(i, printed.value).value, .runs = 1};
+    for (const std::string& column : printed.columns) point.figures.push_back(table.number(i, column).value);
+    rows.push_back(std::move(point));
+  }
+  return rows;
+}
+
+/// Least and greatest of a figure over a series.
+struct Span {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  void add(double value) { low = std::fmin(low, value), high = std::fmax(high, value); }
+  /// 0 also for what is better than all of the series; NaN for what is no number.
+  double share(double value) const {
+    if (std::isnan(value) || high <= low) return value - value;
+    return std::max(0.0, (value - low) / (high - low));
+  }
+};
+
+void mark_knees(const StudyTable& table, StudyRows& rows) {
+  const auto at = [&](const std::string& name) {
+    return static_cast<std::size_t>(std::ranges::find(table.figures, name) - table.figures.begin());
+  };
+  const std::size_t x = at(table.knee->x), y = at(table.knee->y);
+  std::map<std::string, std::pair<Span, Span>> spans;
+  for (const StudyPoint& p : rows)
+    if (p.value) spans[p.series].first.add(p.figures[x]), spans[p.series].second.add(p.figures[y]);
+  const auto first = std::ranges::find_if(rows, [](const StudyPoint& p) { return p.value.has_value(); });
+  std::map<std::string, StudyPoint*> nearest;
+  for (StudyPoint& p : rows) {
+    if (first == rows.end()) return;
+    const auto& [across, up] = spans[p.value ? p.series : first->series];
+    p.to_best = std::hypot(across.share(p.figures[x]), up.share(p.figures[y]));
+    if (!p.value || std::isnan(*p.to_best)) continue;
+    if (const auto& among = table.knee->among; !among.empty() && !std::ranges::count(among, *p.value)) continue;
+    StudyPoint*& best = nearest[p.series];
+    if (!best || *p.to_best < *best->to_best) best = &p;
+  }
+  for (const auto& [series, point] : nearest) point->knee = true;
+}
+
+StudyRows rows_of(const Study& study, const StudyTable& table, std::span<const RunRecord> records) {
+  std::map<std::string, std::vector<const RunRecord*>> by_variant;
+  for (const RunRecord& r : records)
+    if (belongs(table, r.scenario)) by_variant[r.variant].push_back(&r);
+  StudyRows rows;
+  for (std::size_t v = 0; v < study.members.size(); ++v) {
+    const Study::Member& member = study.members[v];
+    const auto& runs = by_variant[study.campaign.variants[v].name];
+    if (runs.empty() || (table.only && member.value && *member.value != *table.only)) continue;
+    if (!table.across_payloads) {
+      rows.push_back(point_of(table, member, member.value, runs));
+      continue;
+    }
+    std::map<double, std::vector<const RunRecord*>> by_payload;
+    for (const RunRecord* r : runs) by_payload[r->payload_kg].push_back(r);
+    for (const auto& [payload_kg, some] : by_payload) rows.push_back(point_of(table, member, payload_kg, some));
+  }
+  if (table.printed) std::ranges::move(printed_rows(*table.printed), std::back_inserter(rows));
+  if (table.knee) mark_knees(table, rows);
+  return rows;
+}
+
+}  // namespace
+
+const std::vector<StudyFigure>& study_figures() {
+  using M = Metrics;
+  using enum StudyFigure::Pool;
+  static const std::vector<StudyFigure> all = {
+      {"rmse_mm", "RMSE, mm", &M::rmse_mm, geometric_mean},
+      {"worst_rmse_mm", "worst RMSE, mm", &M::rmse_mm, largest},
+      {"mae_mm", "largest error, mm", &M::mae_mm, mean},
+      {"sse_mean_abs_mm", "steady-state error, mm", &M::sse_mean_abs_mm, mean},
+      {"sse_max_abs_mm", "largest steady-state error, mm", &M::sse_max_abs_mm, mean},
+      {"worst_sse_max_abs_mm", "worst steady-state error, mm", &M::sse_max_abs_mm, largest},
+      {"ssa_mm", "swing at rest, peak to peak, mm", &M::ssa_mm, mean},
+      {"worst_ssa_mm", "worst swing at rest, mm", &M::ssa_mm, largest},
+      {"overshoot_percent", "overshoot, %", &M::overshoot_percent, mean},
+      {"switches_per_s", "coil switches per second", &M::switches_per_s, mean},
+      {"air_g", "supply air, g a run", &M::air_g, mean},
+      {"steady_switches_per_s", "coil switches per second, holding", &M::steady_switches_per_s, mean},
+      {"steady_air_g_per_s", "supply air, holding, g/s", &M::steady_air_g_per_s, mean},
+      {"motor_rms_n", "motor force, RMS, N", &M::motor_rms_n, mean},
+  };
+  return all;
+}
+
+std::vector<StudyRows> study_rows(const Study& study, std::span<const RunRecord> records) {
+  std::vector<StudyRows> all;
+  for (const StudyTable& table : study.tables) all.push_back(rows_of(study, table, records));
+  return all;
+}
+
+}  // namespace solenoid

@@ -1,0 +1,105 @@
+#pragma once
+
+#include "experiments/campaign/run_campaign.hpp"
+#include "experiments/campaign/run_record.hpp"
+#include "experiments/report/figure.hpp"
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace solenoid {
+
+/// A figure of a group of runs, the unstable ones left out.
+struct StudyFigure {
+  enum class Pool { mean, geometric_mean, largest };
+  const char* name;
+  const char* label;  ///< of a plot's axis
+  double Metrics::*number;
+  Pool pool;
+};
+const std::vector<StudyFigure>& study_figures();
+
+/// One number of the variants, varied with everything else equal.
+struct Sweep {
+  std::string key;                    ///< below [variant.NAME]: "horizon.steps"
+  std::string label;                  ///< of a plot's axis
+  std::vector<double> values, drawn;  ///< `drawn`: where on that axis
+  std::vector<std::string> variants;  ///< those it is varied in; the campaign's others run as they are
+};
+
+/// What a knee is looked for in: the compromise of two figures that are both better small.
+///
+///     d(v) = | ((x(v) - min x) / (max x - min x), (y(v) - min y) / (max y - min y)) |
+///
+/// over a series' values v: the distance to the point that is best in both (which is none of them), each figure in
+/// units of its range. The knee is the value of least d.
+struct KneeOf {
+  std::string x, y;
+  std::vector<double> among;  ///< the values it may be; empty: all
+};
+
+/// A printed table of the thesis as one more series.
+struct PrintedSeries {
+  std::string name, file, value;
+  std::vector<std::string> columns;  ///< of the table's figures, in their order
+};
+
+/// One table of a study.
+struct StudyTable {
+  std::string name, title;
+  std::vector<std::string> scenarios;  ///< pooled are those whose names begin with one of these
+  std::vector<std::string> figures;
+  bool across_payloads = false;  ///< a row a payload, in place of one a value
+  std::optional<double> only;    ///< of the values
+  std::optional<KneeOf> knee;
+  std::optional<PrintedSeries> printed;
+};
+
+/// One plot of a study's figure: two figures of a table, or one against the value or payload (`x` = "value").
+struct StudyPanel {
+  std::string table, x, y, log;  ///< log: "", "x", "y" or "xy"
+};
+
+/// A study as data: a campaign file with a table [study] (docs/studies.md).
+struct Study {
+  std::string name, title;
+  Sweep sweep;
+  std::vector<StudyTable> tables;
+  std::vector<StudyPanel> panels;
+  Campaign campaign;  ///< with a variant for each value, and the variants that are not swept
+  /// Of each of the campaign's variants: what it is a point of, and where.
+  struct Member {
+    std::string series;
+    std::optional<double> value;
+  };
+  std::vector<Member> members;
+};
+
+/// Reads a study's file, or the shipped one of that name. Throws ConfigError with file, line, key and what is allowed.
+Study read_study(const std::string& path);
+
+/// A row of a table: the runs of a series with one value, or payload.
+struct StudyPoint {
+  std::string series;
+  std::optional<double> value;         ///< of the key, or the payload [kg]; none for a variant that is not swept
+  int runs = 0, bad = 0;               ///< bad: not ended well
+  std::vector<double> figures = {};    ///< of the table, in its order; NaN if no run ended well
+  std::optional<double> to_best = {};  ///< d above; of a variant not swept, in the units of the first series swept
+  bool knee = false;
+};
+using StudyRows = std::vector<StudyPoint>;
+
+/// The rows of each table.
+std::vector<StudyRows> study_rows(const Study& study, std::span<const RunRecord> records);
+
+std::string study_text(const Study& study, std::span<const StudyRows> rows, bool colour);
+/// {"study", "title", "key", "tables": [{name, title, rows: [{variant, value, runs, bad, FIGURE..., to_best, knee}]}]}
+std::string study_json(const Study& study, std::span<const StudyRows> rows);
+/// table,variant,value,runs,bad,figure,number: a line a number.
+std::string study_csv(const Study& study, std::span<const StudyRows> rows);
+/// Draws the panels. Throws what draw_with_gnuplot does.
+void draw_study(const Study& study, std::span<const StudyRows> rows, const std::string& path, FigureFormat format);
+
+}  // namespace solenoid

@@ -1,0 +1,157 @@
+#include "core/config/reader.hpp"
+#include "experiments/campaign/campaign_draft.hpp"
+#include "experiments/campaign/library.hpp"
+#include "experiments/study/sweep.hpp"
+#include "experiments/thesis/printed_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace solenoid {
+namespace {
+
+std::vector<std::string> figure_names() {
+  std::vector<std::string> names;
+  for (const StudyFigure& figure : study_figures()) names.push_back(figure.name);
+  return names;
+}
+
+Sweep read_sweep(TableReader table, const Campaign& campaign) {
+  Sweep sweep;
+  sweep.key = table.text("key");
+  sweep.label = table.text_or("label", sweep.key);
+  sweep.values = table.numbers("values");
+  sweep.drawn = table.has("drawn") ? table.numbers("drawn") : sweep.values;
+  if (sweep.values.empty()) table.fail("values", "empty (allowed: at least one number)");
+  if (sweep.drawn.size() != sweep.values.size())
+    table.fail("drawn", fmt::format("has {} numbers (allowed: one for each of the {} values)", sweep.drawn.size(),
+                                    sweep.values.size()));
+  for (const VariantConfig& variant : campaign.variants) sweep.variants.push_back(variant.name);
+  if (table.has("variants")) {
+    const std::vector<std::string> all = std::exchange(sweep.variants, table.texts("variants"));
+    for (const std::string& name : sweep.variants)
+      if (!std::ranges::count(all, name))
+        table.fail("variants", fmt::format("'{}' is not one of the campaign's variants", name));
+  }
+  table.finish();
+  return sweep;
+}
+
+PrintedSeries read_printed(TableReader table, std::size_t figures) {
+  PrintedSeries printed{table.text("name"), table.text("file"), table.text("value"), table.texts("columns")};
+  if (printed.columns.size() != figures)
+    table.fail("columns", fmt::format("{} of them (allowed: one for each of the table's {} figures)",
+                                      printed.columns.size(), figures));
+  try {
+    const PrintedTable shipped = PrintedTable::shipped(printed.file);
+    for (const std::string& column : printed.columns) shipped.number(0, column);
+  } catch (const std::exception& error) {
+    table.fail("file", fmt::format("{} (allowed: a table of the thesis and its columns)", error.what()));
+  }
+  table.finish();
+  return printed;
+}
+
+void check_scenarios(const TableReader& table, const StudyTable& t, const Campaign& campaign) {
+  for (const std::string& prefix : t.scenarios)
+    if (std::ranges::none_of(campaign.scenarios, [&](const auto& s) { return s.name.starts_with(prefix); }))
+      table.fail("scenarios", fmt::format("no scenario's name begins with '{}'", prefix));
+}
+
+StudyTable read_table(TableReader& table, const Campaign& campaign, const Sweep& sweep) {
+  StudyTable t;
+  t.name = table.text("name");
+  t.title = table.text_or("title", t.name);
+  t.scenarios = table.texts("scenarios");
+  check_scenarios(table, t, campaign);
+  t.figures = table.texts("figures");
+  for (const std::string& name : t.figures)
+    if (const auto known = figure_names(); !std::ranges::count(known, name))
+      table.fail("figures", fmt::format("'{}' is not known (allowed: {})", name, fmt::join(known, ", ")));
+  t.across_payloads = table.boolean_or("across_payloads", false);
+  if (table.has("only")) {
+    t.only = table.number("only");
+    if (!std::ranges::count(sweep.values, *t.only)) table.fail("only", "not one of the sweep's values");
+  }
+  if (table.has("knee")) {
+    TableReader knee = table.table("knee");
+    t.knee = KneeOf{knee.text("x", t.figures), knee.text("y", t.figures), {}};
+    if (knee.has("among")) t.knee->among = knee.numbers("among");
+    knee.finish();
+  }
+  if (table.has("printed")) t.printed = read_printed(table.table("printed"), t.figures.size());
+  table.finish();
+  return t;
+}
+
+StudyPanel read_panel(TableReader& table, const std::vector<StudyTable>& tables) {
+  StudyPanel panel;
+  std::vector<std::string> names;
+  for (const StudyTable& t : tables) names.push_back(t.name);
+  panel.table = table.text("table", names);
+  std::vector<std::string> figures = std::ranges::find(tables, panel.table, &StudyTable::name)->figures;
+  panel.y = table.text("y", figures);
+  figures.push_back("value");
+  panel.x = table.text_or("x", "value", figures);
+  panel.log = table.text_or("log", "", {"", "x", "y", "xy"});
+  table.finish();
+  return panel;
+}
+
+/// The campaign with a variant for each value in place of those swept.
+void cross(Study& study, const Campaign& base) {
+  const CampaignDraft draft(base);
+  toml::table document = draft.document();
+  toml::table& variants = *document["variant"].as_table();
+  toml::array names;
+  const auto whole = [](double v) { return v == std::round(v); };
+  for (const VariantConfig& variant : base.variants) {
+    if (!std::ranges::count(study.sweep.variants, variant.name)) {
+      names.push_back(variant.name);
+      study.members.push_back({variant.name, std::nullopt});
+      continue;
+    }
+    for (const double value : study.sweep.values) {
+      toml::table changed = *variants[variant.name].as_table();
+      set_number(changed, study.sweep.key, value, std::ranges::all_of(study.sweep.values, whole));
+      const std::string name = fmt::format("{}-{}", variant.name, value);
+      variants.insert_or_assign(name, changed);
+      names.push_back(name);
+      study.members.push_back({variant.name, value});
+    }
+  }
+  document.insert_or_assign("variants", names);
+  document.insert_or_assign("name", "study-" + base.name);
+  study.campaign = draft.read(document);
+}
+
+}  // namespace
+
+Study read_study(const std::string& path) {
+  const Campaign base = read_campaign(path);
+  Library library;
+  library.load(path);
+  TableReader& root = library.root().reader;
+  if (!root.has("study")) root.fail("study", "missing (allowed: a table [study], docs/studies.md)");
+  TableReader reader = root.table("study");
+  Study study;
+  study.name = base.name;
+  study.title = reader.text_or("title", base.name);
+  study.sweep = read_sweep(reader.table("sweep"), base);
+  for (TableReader& table : reader.tables("table")) study.tables.push_back(read_table(table, base, study.sweep));
+  if (study.tables.empty()) reader.fail("table", "missing (allowed: at least one table headed [[study.table]])");
+  for (TableReader& panel : reader.tables("panel")) study.panels.push_back(read_panel(panel, study.tables));
+  reader.finish();
+  try {
+    cross(study, base);
+  } catch (const ConfigError& error) {
+    reader.fail("sweep", fmt::format("a value of '{}' is refused: {}", study.sweep.key, error.what()));
+  }
+  return study;
+}
+
+}  // namespace solenoid
