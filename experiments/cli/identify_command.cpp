@@ -214,12 +214,13 @@ void add_source_options(CLI::App& command, Options& o) {
       ->check(CLI::IsMember({"two_way", "three_way"}));
   command.add_option("--rig", o.rig_file, "TOML of calibration, wiring and limits (docs/rig.md)");
   command.add_option("--node", o.plant.address, "ADDRESS:PORT of the UDP I/O node; default 127.0.0.1:47811");
-  command.add_option("--log", o.logs, "no experiment: an MCAP log of run, or a CSV; repeatable")->expected(1);
+  command.add_option("--log", o.logs, "no experiment: an MCAP log of run, or a CSV; repeatable")
+      ->allow_extra_args(false);
   command
       .add_option("--column", o.log.columns,
                   "of a CSV: NAME=COLUMN or NAME=COLUMN*FACTOR, repeatable; NAME: time_s, position_m, pressure_a_pa, "
                   "pressure_b_pa, motor_n, coils, label")
-      ->expected(1);
+      ->allow_extra_args(false);
   command.add_option("--plane", o.plane, "of a log: vertical (default) or horizontal")
       ->check(CLI::IsMember({"vertical", "horizontal"}));
 }
