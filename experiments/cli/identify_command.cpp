@@ -189,14 +189,22 @@ int run_identification(Options& options) {
   found.remarks.insert(found.remarks.end(), remarks.begin(), remarks.end());
   const std::string folder = options.out.empty() ? "results/identify-" + compact_timestamp() : options.out;
   write_results(options, folder, source, records, found, truths);
+  if (found.estimates.empty()) {
+    for (const std::string& remark : found.remarks) fmt::print(stderr, "{}\n", remark);
+    fmt::print(
+        stderr,
+        "solenoid: nothing can be estimated from {}: valves need records of 0.7 s and more in which they switch, "
+        "mass and friction a slide that moves\nRecords: {}\n",
+        source, folder);
+    return InterruptGuard::raised() ? interrupted : failure;
+  }
   write_standard_output(options.format == "json"  ? identification_json(found, truths)
                         : options.format == "csv" ? identification_csv(found)
                                                   : identification_text(found, truths, colour_wanted()) +
                                                         fmt::format("Results: {}; every variant with them: solenoid "
                                                                     "compare --model {}/parameters.toml\n",
                                                                     folder, folder));
-  if (InterruptGuard::raised()) return interrupted;
-  return found.estimates.empty() ? failure : success;
+  return InterruptGuard::raised() ? interrupted : success;
 }
 
 void add_source_options(CLI::App& command, Options& o) {

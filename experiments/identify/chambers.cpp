@@ -26,6 +26,7 @@ using Eigen::VectorXd;
 constexpr int substeps = 4;
 constexpr int thinning = 4;                   // of residuals: 250 Hz holds all that a 50 Hz filter lets pass
 constexpr double settle_s = 0.25;             // after which the unknown first pressure is forgotten
+constexpr std::size_t least_residuals = 100;  // 0.4 s: less of a record tells nothing of valves
 constexpr double usual_heat_transfer = 50.0;  // W/(m2 K), of air in small cylinders
 constexpr double memory_s = 0.2;  // of residuals: the filter's 20 ms, and pressures that recover from a late edge
 
@@ -252,7 +253,8 @@ std::pair<double, double> derived(const LeastSquaresFit& fit, const VectorXd& sc
   return {f(fit.x), std::sqrt(gradient.dot(fit.covariance * gradient))};
 }
 
-/// Wald's statistic of the two equations of continuity on the free fit, and its probability by chance.
+/// Wald's statistic of the two equations of continuity on the free fit, and its probability by chance; 1 where the data
+/// say nothing of them (no edge of one valve, a chamber that never chokes).
 double chance_of_continuity(const Problem& free, const LeastSquaresFit& fit) {
   const double b = free.given.critical_pressure_ratio, p0 = free.given.atmospheric_pressure_pa;
   const auto gaps = [&](const VectorXd& x) {
@@ -270,6 +272,7 @@ double chance_of_continuity(const Problem& free, const LeastSquaresFit& fit) {
   const Eigen::Matrix2d covariance = gradient * fit.covariance * gradient.transpose();
   const Eigen::Vector2d gap = gaps(fit.x);
   const double f = gap.dot(covariance.inverse() * gap) / 2;
+  if (!(f >= 0) || !std::isfinite(f)) return 1.0;
   return 1 - boost::math::cdf(boost::math::fisher_f(2, std::max(1.0, fit.freedom)), f);
 }
 
@@ -296,6 +299,11 @@ bool valves_switch(const Record& r) {
 
 Findings findings(const Problem& problem, const LeastSquaresFit& fit) {
   Findings found;
+  if (!fit.converged) {
+    found.remarks.push_back(
+        "valves: the search for their values did not converge: these records do not determine them");
+    return found;
+  }
   const std::string method =
       fmt::format("{} from {} records, {} residuals of {:.0f} Pa",
                   problem.law.continuity == FlowContinuity::continuous ? "continuous flow" : "free flow",
@@ -313,7 +321,6 @@ Findings findings(const Problem& problem, const LeastSquaresFit& fit) {
   add("energise_delay_s", "s", &ChamberParameters::energise_delay_s, true);
   add("deenergise_delay_s", "s", &ChamberParameters::deenergise_delay_s, true);
   add("pressure_filter_delay_s", "s", &ChamberParameters::filter_delay_s, false);
-  if (!fit.converged) found.remarks.push_back("valves: the search did not converge; do not use these values");
   for (const Record* r : problem.records)
     for (const Chamber chamber : {Chamber::a, Chamber::b})
       found.plots.push_back(pressure_plot(*r, chamber, problem.parameters(fit.x), problem.given));
@@ -323,7 +330,7 @@ Findings findings(const Problem& problem, const LeastSquaresFit& fit) {
 Problem problem_of(const std::vector<const Record*>& records, const ActuatorParameters& given, AirLaw law) {
   Problem problem{{}, {}, given, law};
   for (const Record* r : records)
-    if (Problem::residuals_of(*r) > 0 && valves_switch(*r)) {
+    if (Problem::residuals_of(*r) >= least_residuals && valves_switch(*r)) {
       problem.records.push_back(r);
       problem.quiet.push_back(quiet_position(r->position_m, r->period_s));
     }
@@ -407,6 +414,7 @@ Findings estimate_chambers(const std::vector<const Record*>& records, const Actu
     fit = fit_chambers(problem, problem.law.walls ? nullptr : &start);
   }
   Findings found = findings(problem, fit);
+  if (!fit.converged) return found;
   if (!walls.empty()) found.remarks.push_back(walls);
   found.remarks.push_back(
       fmt::format("valves: a flow that does not jump where it chokes is {}refused (Wald's test: chance {:.2g}); {}",

@@ -139,6 +139,7 @@ bool set_parameter(ActuatorParameters& p, const std::string& key, double value) 
 std::string refusal(const ActuatorParameters& so_far, const Estimate& e) {
   ActuatorParameters tried = so_far;
   if (!std::isfinite(e.value)) return "not a number";
+  if (e.contains(0)) return "not told from 0";
   if (!set_parameter(tried, e.name, e.value)) return "no parameter";
   if (e.name == "inferred_arm_torque_nm" && !(e.value >= 0)) return "negative";
   try {

@@ -99,6 +99,8 @@ RULES = [
     # identify
     Rule(r"identify", "350 s of experiments", "identify --only charge"),
     Rule(r"identify --mismatch (\S+) --out (\S+)", "350 s of experiments", r"identify --only charge --mismatch \1 --out \2"),
+    Rule(r"identify --log run\.mcap", "its log is a second of a slide that hardly moves: nothing found is 1", r"identify --log run.mcap",
+         codes=(0, 1)),
     Rule(r"identify --plant emulator.*", "minutes in real time, and an emulator to run on", "identify --help"),
     Rule(r"emulator (--campaign \S+ --scenario \S+)", "waits for a controller until Ctrl-C", r"emulator \1 --port FREE_PORT",
          until=r"127\.0\.0\.1"),

@@ -47,8 +47,8 @@ TEST(Identify, OnTheEmulatorInRealTime) {
   for (int attempt = 0; attempt < 5; ++attempt) {
     std::filesystem::remove_all(folder / "out");
     const std::string port = std::to_string(20000 + (getpid() + 131 * attempt) % 20000);
-    const std::string emulator = "'" SOLENOID_PROGRAM "' emulator --campaign identify --scenario bench --port " + port +
-                                 " --idle-exit 2 --report node.json 2>/dev/null & sleep 0.5;";
+    const std::string emulator = "{ '" SOLENOID_PROGRAM "' emulator --campaign identify --scenario bench --port " +
+                                 port + " --idle-exit 2 --report node.json 2>/dev/null & }; sleep 0.5;";
     run = run_program(folder,
                       "identify --plant emulator --node 127.0.0.1:" + port +
                           " --experiments experiments.toml --out out --no-figures --format json",
