@@ -30,6 +30,9 @@ enum class FlowContinuity {
 
 enum class Chamber { a, b };
 
+/// The pressure a record measured in a chamber.
+const std::vector<double>& measured(const Record& record, Chamber chamber);
+
 /// The measured pressure of a chamber as the model has it, sample by sample: measured position and commanded coils in,
 /// through valves with their delays, (4.18), and the filter.
 ///

@@ -199,7 +199,7 @@ std::vector<pid_t> children_of(pid_t parent) {
   std::vector<pid_t> children;
   for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
     if (std::atoi(entry.path().filename().c_str()) == 0) continue;  // no process; /proc/net/stat is a folder
-    const std::string stat = text_of(entry.path() / "stat");  // pid (name) state parent ...
+    const std::string stat = text_of(entry.path() / "stat");        // pid (name) state parent ...
     const auto after_name = stat.rfind(") ");
     if (after_name != std::string::npos && std::atoi(stat.c_str() + after_name + 4) == parent)
       children.push_back(std::atoi(stat.c_str()));
