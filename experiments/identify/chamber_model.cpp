@@ -147,6 +147,12 @@ ActuatorParameters with(ActuatorParameters a, const ChamberParameters& p) {
 
 }  // namespace
 
+ContinuousFlow continuous_flow(double fill_coefficient, double supply_pressure_pa, const ActuatorParameters& given) {
+  const double b = given.critical_pressure_ratio;
+  const double choked = fill_coefficient * std::sqrt((1 - b) * supply_pressure_pa);
+  return {choked, choked / (given.atmospheric_pressure_pa * (1 / b - 1))};
+}
+
 const std::vector<double>& measured(const Record& r, Chamber chamber) {
   return chamber == Chamber::a ? r.pressure_a_pa : r.pressure_b_pa;
 }

@@ -46,9 +46,9 @@ struct Problem {
     p.deenergise_delay_s = x[falling];
     p.filter_delay_s = std::max(1e-3, x[filter]);
     p.fill_coefficient = x[filling];
-    const double b = given.critical_pressure_ratio;
-    p.choked_flow = p.fill_coefficient * std::sqrt((1 - b) * p.supply_pressure_pa);
-    p.discharge_coefficient = p.choked_flow / (given.atmospheric_pressure_pa * (1 / b - 1));
+    const ContinuousFlow flow = continuous_flow(p.fill_coefficient, p.supply_pressure_pa, given);
+    p.choked_flow = flow.choked_flow;
+    p.discharge_coefficient = flow.discharge_coefficient;
     if (law.walls) p.heat_transfer = x[law.size() - 1];
     if (law.continuity == FlowContinuity::continuous) return p;
     p.discharge_coefficient = x[discharging];

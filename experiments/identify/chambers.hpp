@@ -30,6 +30,12 @@ enum class FlowContinuity {
 
 enum class Chamber { a, b };
 
+/// The choked flow and c_dis that meet this c_fill's law at the critical ratio: with them the flow does not jump.
+struct ContinuousFlow {
+  double choked_flow, discharge_coefficient;
+};
+ContinuousFlow continuous_flow(double fill_coefficient, double supply_pressure_pa, const ActuatorParameters& given);
+
 /// The pressure a record measured in a chamber.
 const std::vector<double>& measured(const Record& record, Chamber chamber);
 

@@ -2,6 +2,7 @@
 
 #include "core/signal/bessel.hpp"
 #include "experiments/campaign/processes.hpp"
+#include "experiments/identify/chambers.hpp"
 #include "experiments/identify/identify.hpp"
 #include "experiments/identify/noise.hpp"
 #include "experiments/report/gnuplot.hpp"
@@ -80,9 +81,9 @@ class Tally {
 TwinParameters coverage_twin() {
   TwinParameters twin;
   ActuatorParameters& a = twin.actuator;
-  const double b = a.critical_pressure_ratio;
-  a.choked_flow = a.fill_coefficient * std::sqrt((1 - b) * a.supply_pressure_pa);
-  a.discharge_coefficient = a.choked_flow / (a.atmospheric_pressure_pa * (1 / b - 1));
+  const ContinuousFlow flow = continuous_flow(a.fill_coefficient, a.supply_pressure_pa, a);
+  a.choked_flow = flow.choked_flow;
+  a.discharge_coefficient = flow.discharge_coefficient;
   twin.sensing = nominal_twin().sensing;
   twin.valves.jitter_sigma_s = nominal_twin().valves.jitter_sigma_s;
   return twin;

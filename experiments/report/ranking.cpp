@@ -47,14 +47,12 @@ Names choose(std::map<std::string, Names>& finished) {
   return common;
 }
 
-/// Geometric mean with the normal interval of the mean logarithm, 95th percentile and worst.
+/// Geometric mean with its interval, 95th percentile and worst.
 void summarise_errors(const std::vector<double>& rmse, RankedVariant& v) {
   const auto n = static_cast<double>(rmse.size());
-  double sum = 0, squares = 0;
-  for (const double e : rmse) sum += std::log(e);
-  for (const double e : rmse) squares += (std::log(e) - sum / n) * (std::log(e) - sum / n);
-  v.rmse_mm = std::exp(sum / n);
-  v.rmse_margin = rmse.size() > 1 ? std::exp(1.96 * std::sqrt(squares / (n - 1) / n)) : 1.0;
+  const GeometricMean mean = geometric_mean(rmse);
+  v.rmse_mm = mean.value;
+  v.rmse_margin = mean.margin;
   std::vector<double> sorted = rmse;
   std::ranges::sort(sorted);
   v.p95_rmse_mm = sorted[static_cast<std::size_t>(std::ceil(0.95 * n)) - 1];
@@ -80,6 +78,14 @@ void summarise(std::span<const RunRecord> records, const Names& common, RankedVa
 }
 
 }  // namespace
+
+GeometricMean geometric_mean(std::span<const double> values) {
+  const auto n = static_cast<double>(values.size());
+  double sum = 0, squares = 0;
+  for (const double e : values) sum += std::log(e);
+  for (const double e : values) squares += (std::log(e) - sum / n) * (std::log(e) - sum / n);
+  return {std::exp(sum / n), values.size() > 1 ? std::exp(1.96 * std::sqrt(squares / (n - 1) / n)) : 1.0};
+}
 
 Ranking rank_variants(std::span<const RunRecord> records) {
   std::map<std::string, Names> finished;

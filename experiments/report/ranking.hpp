@@ -9,6 +9,12 @@
 
 namespace solenoid {
 
+/// exp of the mean logarithm of positive numbers. Its normal 95 % interval is value / margin to value * margin.
+struct GeometricMean {
+  double value = 0, margin = 1;
+};
+GeometricMean geometric_mean(std::span<const double> values);
+
 /// A variant over the scenarios that all ranked variants finished.
 struct RankedVariant {
   std::string variant;

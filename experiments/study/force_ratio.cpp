@@ -9,6 +9,7 @@
 #include "experiments/campaign/machine.hpp"
 #include "experiments/campaign/processes.hpp"
 #include "experiments/embedded.hpp"
+#include "experiments/report/ranking.hpp"
 #include "experiments/sim/simulate.hpp"
 #include "experiments/size/size_task.hpp"
 #include "experiments/tune/tune.hpp"
@@ -16,7 +17,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <optional>
 
 #include <fmt/format.h>
@@ -145,29 +145,27 @@ Json judge_run(const VariantConfig& variant, const ScenarioConfig& scenario, std
 
 RatioMeasured measured_from(const std::map<std::string, Json>& runs) {
   RatioMeasured r;
-  std::vector<double> logs;
+  std::vector<double> errors;
   for (const auto& [id, run] : runs) {
     ++r.runs;
     if (!run.at("ok").get<bool>()) {
       ++r.bad;
       continue;
     }
-    logs.push_back(std::log(run.at("rmse_mm").get<double>()));
-    r.worst_rmse_mm = std::max(r.worst_rmse_mm, run.at("rmse_mm").get<double>());
+    errors.push_back(run.at("rmse_mm").get<double>());
+    r.worst_rmse_mm = std::max(r.worst_rmse_mm, errors.back());
     r.switches_per_s += run.at("switches_per_s").get<double>();
     r.air_g += run.at("air_g").get<double>();
     r.motor_rms_n += run.at("motor_rms_n").get<double>();
     r.force_square_ns += run.at("force_square_ns").get<double>();
     r.motoring_j += run.at("motoring_j").get<double>();
   }
-  if (logs.empty()) return r;
-  const auto n = static_cast<double>(logs.size());
-  const double mean = std::accumulate(logs.begin(), logs.end(), 0.0) / n;
-  double squares = 0.0;
-  for (const double l : logs) squares += (l - mean) * (l - mean);
-  r.rmse_mm = std::exp(mean);
-  if (logs.size() > 1) r.rmse_margin = std::exp(1.96 * std::sqrt(squares / (n - 1) / n));
-  for (double* sum : {&r.switches_per_s, &r.air_g, &r.motor_rms_n, &r.force_square_ns, &r.motoring_j}) *sum /= n;
+  if (errors.empty()) return r;
+  const GeometricMean mean = geometric_mean(errors);
+  r.rmse_mm = mean.value;
+  r.rmse_margin = mean.margin;
+  for (double* sum : {&r.switches_per_s, &r.air_g, &r.motor_rms_n, &r.force_square_ns, &r.motoring_j})
+    *sum /= static_cast<double>(errors.size());
   return r;
 }
 
