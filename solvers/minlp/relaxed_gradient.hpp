@@ -1,9 +1,9 @@
 #pragma once
 
 #include "core/mpc/relaxation.hpp"
+#include "solvers/relaxed/dual.hpp"
 
 #include <Eigen/Core>
-#include <unsupported/Eigen/AutoDiff>
 
 namespace solenoid {
 
@@ -31,8 +31,11 @@ class RelaxedGradient {
     int first = 0;
     for (std::size_t k = 0; k < grid_.size(); ++k) {
       const auto c = commanded_states<double>(problem.modes, weights.subspan(k * modes, modes));
-      cost += problem.modes.switch_count() <= few ? roll<few>(problem, first, k, previous, c, continuous[k], x)
-                                                  : roll<ns>(problem, first, k, previous, c, continuous[k], x);
+      if (problem.modes.switch_count() <= few)
+        with_best_lanes(
+            [&](auto lanes) { cost += roll<few, lanes>(problem, first, k, previous, c, continuous[k], x); });
+      else
+        cost += roll<ns, 2>(problem, first, k, previous, c, continuous[k], x);
       previous = c;
       first += grid_.intervals[k];
     }
@@ -50,51 +53,52 @@ class RelaxedGradient {
   };
 
   /// Rolls interval k, keeps its derivatives and returns its cost; the last one's has the terminal cost.
-  template <int seeded>
+  template <int seeded, int lanes>
   double roll(const Problem<M>& problem, int first, std::size_t k, const SwitchStates<double>& previous,
               const SwitchStates<double>& command, const ContinuousOf<M>& planned, StateOf<M>& state) noexcept {
-    constexpr int width = nx + 2 * seeded + nu;
-    using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, width, 1>>;
-    Vector<Dual, M::state_size> x;
-    SwitchStates<Dual> before, c;
-    before.fill(Dual(0.0));
-    c.fill(Dual(0.0));
-    Vector<Dual, M::continuous_size> u;
+    using Number = Dual<nx + 2 * seeded + nu, lanes>;
+    Vector<Number, M::state_size> x;
+    SwitchStates<Number> before, c;
+    before.fill(Number(0.0));
+    c.fill(Number(0.0));
+    Vector<Number, M::continuous_size> u;
     int at = 0;
-    for (std::size_t i = 0; i < x.size(); ++i) x[i] = Dual(state[i], width, at++);
-    for (std::size_t i = 0; i < seeded; ++i) before[i] = Dual(previous[i], width, at++);
-    for (std::size_t i = 0; i < seeded; ++i) c[i] = Dual(command[i], width, at++);
-    for (std::size_t i = 0; i < u.size(); ++i) u[i] = Dual(planned[i], width, at++);
-    Dual cost(0.0);
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = Number(state[i], at++);
+    for (std::size_t i = 0; i < seeded; ++i) before[i] = Number(previous[i], at++);
+    for (std::size_t i = 0; i < seeded; ++i) c[i] = Number(command[i], at++);
+    for (std::size_t i = 0; i < u.size(); ++i) u[i] = Number(planned[i], at++);
+    Number cost(0.0);
     if (problem.cost.switching != 0.0)
       for (std::size_t i = 0; i < static_cast<std::size_t>(problem.modes.switch_count()); ++i)
-        cost = cost + Dual(problem.cost.switching) * relaxed_switch_change<Dual>(Dual(c[i] - before[i]));
-    roll_interval<M, physics, Dual>(
+        cost = cost + Number(problem.cost.switching) * relaxed_switch_change<Number>(Number(c[i] - before[i]));
+    roll_interval<M, physics, Number>(
         problem, timing_, first, grid_.intervals[k], before, c, u, x,
         [&](std::size_t j, const auto& now) {
-          cost = rollout_detail::weighted_square<M, Dual>(problem.cost.tracking, problem.reference[j],
-                                                          problem.model.template output<Dual>(now), cost);
+          cost = rollout_detail::weighted_square<M, Number>(problem.cost.tracking, problem.reference[j],
+                                                            problem.model.template output<Number>(now), cost);
         },
-        [&](const Dual& term) { cost = cost + term; });
+        [&](const Number& term) { cost = cost + term; });
     if (k + 1 == grid_.size())
-      cost = rollout_detail::weighted_square<M, Dual>(problem.cost.terminal, problem.reference.back(),
-                                                      problem.model.template output<Dual>(x), cost);
-    parts_[k].cost = spread<seeded>(cost.derivatives());
+      cost = rollout_detail::weighted_square<M, Number>(problem.cost.terminal, problem.reference.back(),
+                                                        problem.model.template output<Number>(x), cost);
+    parts_[k].cost = spread<seeded, lanes>(cost);
     for (std::size_t i = 0; i < x.size(); ++i) {
-      parts_[k].end.row(static_cast<int>(i)) = spread<seeded>(x[i].derivatives()).transpose();
+      parts_[k].end.row(static_cast<int>(i)) = spread<seeded, lanes>(x[i]).transpose();
       state[i] = x[i].value();
     }
     return cost.value();
   }
 
   /// Derivatives by `seeded` switches at the places of all.
-  template <int seeded>
-  static Gradient spread(const Eigen::Matrix<double, nx + 2 * seeded + nu, 1>& d) noexcept {
+  template <int seeded, int lanes>
+  static Gradient spread(const Dual<nx + 2 * seeded + nu, lanes>& number) noexcept {
+    Eigen::Matrix<double, Dual<nx + 2 * seeded + nu, lanes>::size, 1> d;
+    number.copy_derivatives(d.data());
     Gradient all = Gradient::Zero();
     all.template head<nx>() = d.template head<nx>();
     all.template segment<seeded>(nx) = d.template segment<seeded>(nx);
     all.template segment<seeded>(nx + ns) = d.template segment<seeded>(nx + seeded);
-    all.template tail<nu>() = d.template tail<nu>();
+    all.template tail<nu>() = d.template segment<nu>(nx + 2 * seeded);
     return all;
   }
 

@@ -2,13 +2,13 @@
 
 #include "core/mpc/deadline.hpp"
 #include "core/mpc/rollout.hpp"
+#include "solvers/relaxed/dual.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include <Eigen/Core>
-#include <unsupported/Eigen/AutoDiff>
 
 namespace solenoid {
 
@@ -39,7 +39,6 @@ class ContinuousRefinement {
     gradient_.setZero(n);
     step_.setZero(n);
     sensitivity_.setZero(nx, n);
-    next_sensitivity_.setZero(nx, n);
     row_.setZero(n);
     free_.assign(static_cast<std::size_t>(n), 1);
     trial_ = Plan<M>(problem);
@@ -57,7 +56,7 @@ class ContinuousRefinement {
       if (iterations == settings_.most_iterations) report.status = Status::iteration_limit;
       if (deadline.passed()) report.status = Status::deadline_reached;
       if (report.status != Status::feasible) break;
-      linearise(problem, plan);
+      with_best_lanes([&](auto lanes) { linearise<lanes>(problem, plan); });
       find_step(problem, plan);
       const double before = report.cost;
       if (!search_along(problem, plan, report)) break;
@@ -70,7 +69,6 @@ class ContinuousRefinement {
  private:
   static_assert(M::continuous_size > 0);
   static constexpr int nx = M::state_size, nu = M::continuous_size;
-  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, nx + nu, 1>>;
 
   static void project(const Problem<M>& problem, Plan<M>& plan) noexcept {
     for (ContinuousOf<M>& u : plan.continuous)
@@ -79,7 +77,8 @@ class ContinuousRefinement {
   }
 
   /// Half the gradient and half the Gauss-Newton Hessian of the cost in u, the sensitivities of the state carried along
-  /// the rollout.
+  /// the rollout; those to later blocks are zero and left alone.
+  template <int lanes>
   void linearise(const Problem<M>& problem, const Plan<M>& plan) noexcept {
     hessian_.setZero();
     gradient_.setZero();
@@ -92,10 +91,9 @@ class ContinuousRefinement {
       for (int i = 0; i < problem.horizon.blocks[b]; ++i, ++j) {
         SwitchedOf<M> switched;
         std::ranges::copy(problem.modes.point(lines.effective(i)), switched.begin());
-        step_sensitivity(problem, j, switched, plan.continuous[b], b, x);
+        step_sensitivity<lanes>(problem, j, switched, plan.continuous[b], b, x);
         const bool last = j + 1 == problem.reference.size();
-        for (std::size_t z = 0; z < M::output_size; ++z)
-          add_residual(problem.cost.tracking[z] + (last ? problem.cost.terminal[z] : 0.0), problem, j, z, x);
+        add_residuals<lanes>(problem, j, last, reached(b), x);
       }
       lines.advance(problem.horizon.blocks[b]);
       for (std::size_t i = 0; i < M::continuous_size; ++i) {
@@ -107,47 +105,67 @@ class ContinuousRefinement {
     }
   }
 
+  /// Inputs that have acted by the end of block b.
+  static Eigen::Index reached(std::size_t b) noexcept {
+    return static_cast<Eigen::Index>((b + 1) * M::continuous_size);
+  }
+
+  template <int lanes>
   void step_sensitivity(const Problem<M>& problem, std::size_t j, const SwitchedOf<M>& switched,
                         const ContinuousOf<M>& planned, std::size_t b, StateOf<M>& x) noexcept {
-    Vector<Dual, M::state_size> state;
-    Vector<Dual, M::switched_size> s;
-    Vector<Dual, M::continuous_size> u{};
-    for (std::size_t i = 0; i < M::state_size; ++i) state[i] = Dual(x[i], nx + nu, static_cast<int>(i));
-    for (std::size_t i = 0; i < M::switched_size; ++i) s[i] = Dual(switched[i]);
-    if constexpr (HasFeedback<M>) u = problem.model.template feedback<Dual>(state, problem.setpoint[j]);
+    using StepDual = Dual<nx + nu, lanes>;
+    Vector<StepDual, M::state_size> state;
+    Vector<StepDual, M::switched_size> s;
+    Vector<StepDual, M::continuous_size> u{};
+    for (std::size_t i = 0; i < M::state_size; ++i) state[i] = StepDual(x[i], static_cast<int>(i));
+    for (std::size_t i = 0; i < M::switched_size; ++i) s[i] = StepDual(switched[i]);
+    if constexpr (HasFeedback<M>) u = problem.model.template feedback<StepDual>(state, problem.setpoint[j]);
     for (std::size_t i = 0; i < M::continuous_size; ++i) {
-      const Dual own(planned[i], nx + nu, nx + static_cast<int>(i));
-      u[i] = HasFeedback<M> ? Dual(u[i] + own) : own;
+      const StepDual own(planned[i], nx + static_cast<int>(i));
+      u[i] = HasFeedback<M> ? StepDual(u[i] + own) : own;
     }
+    Eigen::Matrix<double, StepDual::size, 1> row;
     if constexpr (HasConsumption<M>) {
       const double weight = 0.5 * problem.cost.consumption * problem.horizon.dt_s;
       if (weight != 0.0) {
-        const Dual rate = problem.model.template consumption<Dual>(state, s);
-        row_ = rate.derivatives().template head<nx>().transpose().lazyProduct(sensitivity_);
-        gradient_ += weight * row_.transpose();
+        problem.model.template consumption<StepDual>(state, s).copy_derivatives(row.data());
+        for (Eigen::Index c = 0; c < reached(b); ++c)
+          gradient_[c] += weight * row.template head<nx>().dot(sensitivity_.col(c));
       }
     }
-    const auto next = problem.model.template step<Dual>(state, s, u, problem.horizon.dt_s);
-    const auto first = static_cast<Eigen::Index>(b * M::continuous_size);
+    const auto next = problem.model.template step<StepDual>(state, s, u, problem.horizon.dt_s);
+    Eigen::Matrix<double, nx, nx + nu> jacobian;
     for (int i = 0; i < nx; ++i) {
-      const auto& d = next[static_cast<std::size_t>(i)].derivatives();
-      next_sensitivity_.row(i) = d.template head<nx>().transpose().lazyProduct(sensitivity_);  // allocates nothing
-      next_sensitivity_.template block<1, nu>(i, first) += d.template tail<nu>().transpose();
+      next[static_cast<std::size_t>(i)].copy_derivatives(row.data());
+      jacobian.row(i) = row.template head<nx + nu>().transpose();
       x[static_cast<std::size_t>(i)] = next[static_cast<std::size_t>(i)].value();
     }
-    sensitivity_.swap(next_sensitivity_);
+    for (Eigen::Index c = 0; c < reached(b); ++c) {
+      const Eigen::Matrix<double, nx, 1> before = sensitivity_.col(c);
+      sensitivity_.col(c).noalias() = jacobian.template leftCols<nx>() * before;
+    }
+    sensitivity_.template middleCols<nu>(reached(b) - nu) += jacobian.template rightCols<nu>();
   }
 
-  void add_residual(double weight, const Problem<M>& problem, std::size_t j, std::size_t z,
-                    const StateOf<M>& x) noexcept {
-    if (weight == 0.0) return;
-    Vector<Dual, M::state_size> state;
-    for (std::size_t i = 0; i < M::state_size; ++i) state[i] = Dual(x[i], nx + nu, static_cast<int>(i));
-    const Dual output = problem.model.template output<Dual>(state)[z];
-    row_ = output.derivatives().template head<nx>().transpose().lazyProduct(sensitivity_);
-    gradient_ += (weight * (output.value() - problem.reference[j][z])) * row_.transpose();
-    for (Eigen::Index i = 0; i < row_.size(); ++i)
-      for (Eigen::Index k = 0; k <= i; ++k) hessian_(i, k) += weight * row_[i] * row_[k];
+  template <int lanes>
+  void add_residuals(const Problem<M>& problem, std::size_t j, bool last, Eigen::Index count,
+                     const StateOf<M>& x) noexcept {
+    Vector<Dual<nx, lanes>, M::state_size> state;
+    for (std::size_t i = 0; i < M::state_size; ++i) state[i] = Dual<nx, lanes>(x[i], static_cast<int>(i));
+    const auto output = problem.model.template output<Dual<nx, lanes>>(state);
+    for (std::size_t z = 0; z < M::output_size; ++z) {
+      const double weight = problem.cost.tracking[z] + (last ? problem.cost.terminal[z] : 0.0);
+      if (weight == 0.0) continue;
+      Eigen::Matrix<double, Dual<nx, lanes>::size, 1> d;
+      output[z].copy_derivatives(d.data());
+      const double pull = weight * (output[z].value() - problem.reference[j][z]);
+      for (Eigen::Index i = 0; i < count; ++i) {
+        row_[i] = d.template head<nx>().dot(sensitivity_.col(i));
+        gradient_[i] += pull * row_[i];
+      }
+      for (Eigen::Index k = 0; k < count; ++k)
+        for (Eigen::Index i = k; i < count; ++i) hessian_(i, k) += weight * row_[k] * row_[i];
+    }
   }
 
   /// The Gauss-Newton step over the inputs that are not held at a bound by the gradient.
@@ -207,8 +225,8 @@ class ContinuousRefinement {
   SwitchTiming timing_;
   Eigen::MatrixXd hessian_, factor_;  // lower triangles
   Eigen::VectorXd gradient_, step_;
-  Eigen::Matrix<double, nx, Eigen::Dynamic> sensitivity_, next_sensitivity_;  // d state / d u
-  Eigen::RowVectorXd row_;
+  Eigen::Matrix<double, nx, Eigen::Dynamic> sensitivity_;  // d state / d u
+  Eigen::VectorXd row_;
   std::vector<char> free_;
   Plan<M> trial_;
 };

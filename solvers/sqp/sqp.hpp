@@ -1,6 +1,7 @@
 #pragma once
 
 #include "solvers/qp/ocp_solver.hpp"
+#include "solvers/relaxed/dual.hpp"
 #include "solvers/relaxed/transcription.hpp"
 
 #include <memory>
@@ -61,12 +62,9 @@ class Sqp final : public RealTimeSqp<M> {
 
  private:
   static constexpr int NX = Trans::NX, NU = Trans::NU, X = Trans::X, U = Trans::U, V = Trans::V;
-  static constexpr int lanes = (V + 1) / 2 * 2;  // an even number of derivatives, for whole vectors
-  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, lanes, 1>>;
-  using StateDual = Eigen::AutoDiffScalar<Eigen::Matrix<double, NX, 1>>;
+  using StateDual = Dual<NX>;
   using State = StateOf<M>;
   using Input = typename Trans::Input;
-  using Full = Eigen::Matrix<double, V, 1>;
   template <class T>
   using List = std::vector<T, Eigen::aligned_allocator<T>>;
 
@@ -78,6 +76,7 @@ class Sqp final : public RealTimeSqp<M> {
 
   void load(const Problem<M>& problem, const RelaxedPlan<M>& plan) noexcept;
   bool linearise(const Problem<M>& problem, Nodes nodes) noexcept;
+  template <int lanes>
   void linearise_stage(const Problem<M>& problem, std::size_t k, Nodes nodes) noexcept;
   void weigh_output(const M& model, const OutputOf<M>& weight, const OutputOf<M>& reference, const State& x,
                     qp::OcpStage<X, U>& stage) noexcept;
@@ -93,6 +92,7 @@ class Sqp final : public RealTimeSqp<M> {
   double largest_defect() const noexcept;
   bool line_search(const Problem<M>& problem, double promised) noexcept;
   void move(double step) noexcept;
+  double exact_cost(const Problem<M>& problem, RelaxedPlan<M>& plan) const noexcept;
   void judge(const Problem<M>& problem, RelaxedPlan<M>& best) noexcept;
 
   SqpSettings settings_;

@@ -19,7 +19,7 @@ template <HybridModel M, int P, int A>
 Report Sqp<M, P, A>::solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept {
   const auto start = Deadline::Clock::now();
   Report report;
-  best_cost_ = relaxed_cost(problem, t_.grid, plan);
+  best_cost_ = exact_cost(problem, plan);
   load(problem, plan);
   Nodes nodes = Nodes::simulate;
   penalty_ = 0.0, damping_ = 0.0;
@@ -60,7 +60,7 @@ Report Sqp<M, P, A>::solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Dead
     }
     nodes = Nodes::simulate, damping_ = std::max(settings_.damping, 10.0 * damping_);
   }
-  report.cost = relaxed_cost(problem, t_.grid, plan);
+  report.cost = best_cost_;
   report.time_us = std::chrono::duration<double, std::micro>(Deadline::Clock::now() - start).count();
   return report;
 }
@@ -129,7 +129,7 @@ bool Sqp<M, P, A>::linearise(const Problem<M>& problem, Nodes nodes) noexcept {
     qp_.stages[k].q.setZero();
   }
   for (std::size_t k = 0; k < t_.stages(); ++k) {
-    linearise_stage(problem, k, nodes);
+    with_best_lanes([&](auto lanes) { linearise_stage<lanes>(problem, k, nodes); });
     weigh_effort(problem, k);
     weigh_switching(problem, k);
     weigh_consumption(problem, k);
@@ -159,58 +159,62 @@ void Sqp<M, P, A>::guess_active_set() noexcept {
 
 /// Dynamics and tracking of one interval. The output after its last step belongs to the next node.
 template <HybridModel M, int P, int A>
+template <int lanes>
 void Sqp<M, P, A>::linearise_stage(const Problem<M>& problem, std::size_t k, Nodes nodes) noexcept {
+  using StageDual = Dual<V, lanes>;
+  using Gradient = Eigen::Matrix<double, StageDual::size, 1>;
   auto& stage = qp_.stages[k];
-  Vector<Dual, M::state_size> x;
+  Vector<StageDual, M::state_size> x;
   for (int i = 0; i < NX; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    x[at] = Dual(at_.x[k][at], lanes, i);
-    x[at].derivatives() *= t_.scale[at];
+    x[at] = StageDual(at_.x[k][at], i, t_.scale[at]);
   }
-  Vector<Dual, static_cast<std::size_t>(A)> a;
+  Vector<StageDual, static_cast<std::size_t>(A)> a;
   typename Trans::Memory before = Trans::Memory::Zero();
   if (k > 0) before = t_.remember(at_.w[k - 1]);
-  for (int j = 0; j < A; ++j) a[static_cast<std::size_t>(j)] = Dual(before[j], lanes, NX + j);
-  std::array<Dual, P> v;
-  for (int p = 0; p < P; ++p) v[static_cast<std::size_t>(p)] = Dual(at_.w[k][p], lanes, X + p);
-  Vector<Dual, M::continuous_size> u{};
-  for (int i = 0; i < NU; ++i) {
-    u[static_cast<std::size_t>(i)] = Dual(at_.w[k][P + i], lanes, X + P + i);
-    u[static_cast<std::size_t>(i)].derivatives() *= input_scale_[P + i];
-  }
-  Eigen::Matrix<double, V, V> hessian = Eigen::Matrix<double, V, V>::Zero();
-  Full gradient = Full::Zero();
+  for (int j = 0; j < A; ++j) a[static_cast<std::size_t>(j)] = StageDual(before[j], NX + j);
+  std::array<StageDual, P> v;
+  for (int p = 0; p < P; ++p) v[static_cast<std::size_t>(p)] = StageDual(at_.w[k][p], X + p);
+  Vector<StageDual, M::continuous_size> u{};
+  for (int i = 0; i < NU; ++i)
+    u[static_cast<std::size_t>(i)] = StageDual(at_.w[k][P + i], X + P + i, input_scale_[P + i]);
+
+  Eigen::Matrix<double, StageDual::size, V> hessian = Eigen::Matrix<double, StageDual::size, V>::Zero();
+  Gradient gradient = Gradient::Zero(), row;
   const auto last = static_cast<std::size_t>(t_.first_step[k + 1] - 1);
-  const auto track = [&](std::size_t j, const Vector<Dual, M::state_size>& state) {
+  const auto track = [&](std::size_t j, const Vector<StageDual, M::state_size>& state) {
     if (j == last) return;
-    const auto z = problem.model.template output<Dual>(state);
+    const auto z = problem.model.template output<StageDual>(state);
     for (std::size_t i = 0; i < M::output_size; ++i) {
       const double weight = 2.0 * cost_scale_ * problem.cost.tracking[i];
       if (weight == 0.0) continue;
-      cost_ += 0.5 * weight * (z[i].value() - problem.reference[j][i]) * (z[i].value() - problem.reference[j][i]);
-      const Full row = z[i].derivatives().template head<V>();
-      gradient += weight * (z[i].value() - problem.reference[j][i]) * row;
-      hessian.noalias() += (weight * row) * row.transpose();
+      const double error = z[i].value() - problem.reference[j][i];
+      cost_ += 0.5 * weight * error * error;
+      z[i].copy_derivatives(row.data());
+      gradient += (weight * error) * row;
+      for (int c = 0; c < V; ++c) hessian.col(c) += (weight * row[c]) * row;
     }
   };
-  const auto running = [&](const Dual& term) {
+  const auto running = [&](const StageDual& term) {
     cost_ += cost_scale_ * term.value();
-    gradient += cost_scale_ * term.derivatives().template head<V>();
+    term.copy_derivatives(row.data());
+    gradient += cost_scale_ * row;
   };
-  const auto c = t_.template commanded<Dual>(v);
-  const auto previous = t_.template previous<Dual>(problem, k, a);
-  roll_interval<M, Physics::smooth, Dual>(problem, t_.timing, t_.first_step[k], t_.grid.intervals[k], previous, c, u, x,
-                                          track, running);
+  const auto c = t_.template commanded<StageDual>(v);
+  const auto previous = t_.template previous<StageDual>(problem, k, a);
+  roll_interval<M, Physics::smooth, StageDual>(problem, t_.timing, t_.first_step[k], t_.grid.intervals[k], previous, c,
+                                               u, x, track, running);
   stage.q_matrix += hessian.template topLeftCorner<X, X>();
-  stage.s_matrix = hessian.template bottomLeftCorner<U, X>();
-  stage.r_matrix = hessian.template bottomRightCorner<U, U>();
+  stage.s_matrix = hessian.template block<U, X>(X, 0);
+  stage.r_matrix = hessian.template block<U, U>(X, X);
   stage.q += gradient.template head<X>();
-  stage.r = gradient.template tail<U>();
+  stage.r = gradient.template segment<U>(X);
   for (int i = 0; i < NX; ++i) {
     const auto at = static_cast<std::size_t>(i);
     const double per = 1.0 / t_.scale[at];
-    stage.a.row(i) = per * x[at].derivatives().template head<X>().transpose();
-    stage.b.row(i) = per * x[at].derivatives().template segment<U>(X).transpose();
+    x[at].copy_derivatives(row.data());
+    stage.a.row(i) = per * row.template head<X>().transpose();
+    stage.b.row(i) = per * row.template segment<U>(X).transpose();
     if (nodes == Nodes::simulate) at_.x[k + 1][at] = x[at].value();
     stage.c[i] = per * (x[at].value() - at_.x[k + 1][at]);
     gaps_ += std::abs(stage.c[i]);
@@ -227,14 +231,15 @@ void Sqp<M, P, A>::weigh_output(const M& model, const OutputOf<M>& weight, const
   Vector<StateDual, M::state_size> dual;
   for (int i = 0; i < NX; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    dual[at] = StateDual(x[at], NX, i);
-    dual[at].derivatives() *= t_.scale[at];
+    dual[at] = StateDual(x[at], i, t_.scale[at]);
   }
   const auto z = model.template output<StateDual>(dual);
   for (std::size_t i = 0; i < M::output_size; ++i) {
     const double twice = 2.0 * cost_scale_ * weight[i];
     if (twice == 0.0) continue;
-    const Eigen::Matrix<double, NX, 1> row = z[i].derivatives();
+    Eigen::Matrix<double, StateDual::size, 1> all;
+    z[i].copy_derivatives(all.data());
+    const auto row = all.template head<NX>();
     cost_ += 0.5 * twice * (z[i].value() - reference[i]) * (z[i].value() - reference[i]);
     stage.q.template head<NX>() += twice * (z[i].value() - reference[i]) * row;
     stage.q_matrix.template topLeftCorner<NX, NX>() += twice * row * row.transpose();
@@ -338,7 +343,7 @@ void Sqp<M, P, A>::damp(double by) noexcept {
 
 /// cost + penalty |defects|_1, by the smooth physics, in units of the cost's scale.
 template <HybridModel M, int P, int A>
-double Sqp<M, P, A>::merit(const Problem<M>& problem, const Point& at) noexcept {
+[[gnu::flatten]] double Sqp<M, P, A>::merit(const Problem<M>& problem, const Point& at) noexcept {
   double cost = 0.0, gaps = 0.0;
   typename Trans::Memory a = Trans::Memory::Zero();
   for (std::size_t k = 0; k < t_.stages(); ++k) {
@@ -417,15 +422,23 @@ void Sqp<M, P, A>::move(double length) noexcept {
     for (int i = 0; i < U; ++i) trial_.w[k][i] = at_.w[k][i] + length * input_scale_[i] * step_.u[k][i];
 }
 
+/// relaxed_cost() with everything inlined, as the rollouts of the searches are.
+template <HybridModel M, int P, int A>
+[[gnu::flatten]] double Sqp<M, P, A>::exact_cost(const Problem<M>& problem, RelaxedPlan<M>& plan) const noexcept {
+  return relaxed_cost<M, double>(problem, t_.timing, t_.grid, std::span<const double>(plan.weights), plan.continuous,
+                                 plan.outputs);
+}
+
 /// Keeps the current inputs in `best` if by the exact physics they are.
 template <HybridModel M, int P, int A>
 void Sqp<M, P, A>::judge(const Problem<M>& problem, RelaxedPlan<M>& best) noexcept {
   for (std::size_t k = 0; k < t_.stages(); ++k) t_.to_plan(at_.w[k], k, candidate_);
-  const double cost = relaxed_cost(problem, t_.grid, candidate_);
+  const double cost = exact_cost(problem, candidate_);
   if (!(cost < best_cost_)) return;
   best_cost_ = cost;
   std::copy(candidate_.weights.begin(), candidate_.weights.end(), best.weights.begin());
   std::copy(candidate_.continuous.begin(), candidate_.continuous.end(), best.continuous.begin());
+  if (!best.outputs.empty()) std::copy(candidate_.outputs.begin(), candidate_.outputs.end(), best.outputs.begin());
 }
 
 }  // namespace solenoid
