@@ -1,10 +1,10 @@
 #include "experiments/campaign/campaign.hpp"
 
+#include "experiments/base/embedded.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/machine.hpp"
 #include "experiments/campaign/ensemble.hpp"
-#include "experiments/campaign/files.hpp"
 #include "experiments/campaign/library.hpp"
-#include "experiments/campaign/machine.hpp"
-#include "experiments/embedded.hpp"
 
 #include <algorithm>
 #include <filesystem>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "controllers/variant.hpp"
-#include "experiments/sim/simulate.hpp"
+#include "experiments/campaign/simulate.hpp"
 
 #include <cstdint>
 #include <string>

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "experiments/base/files.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/campaign/files.hpp"
 
 #include <optional>
 #include <string>

@@ -1,7 +1,7 @@
 #include "experiments/campaign/library.hpp"
 
-#include "experiments/campaign/files.hpp"
-#include "experiments/embedded.hpp"
+#include "experiments/base/embedded.hpp"
+#include "experiments/base/files.hpp"
 
 #include <algorithm>
 #include <filesystem>

@@ -1,8 +1,8 @@
 #include "experiments/campaign/results_folder.hpp"
 
-#include "experiments/build_info.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/machine.hpp"
+#include "experiments/base/build_info.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/machine.hpp"
 
 #include <algorithm>
 #include <cerrno>

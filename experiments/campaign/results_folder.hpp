@@ -19,7 +19,7 @@ namespace solenoid {
 ///   resolved.toml, inputs/   the campaign, to run again
 ///   manifest.json            program, machine, seeds, times, counts; status running | finished | interrupted | failed
 ///   runs/ID.json             each run as it ends
-///   runs/ID.trace            the same run over time (experiments/log/trace.hpp), if it is given
+///   runs/ID.trace            the same run over time (experiments/campaign/trace.hpp), if it is given
 ///   runs.csv                 all of them in canonical order; absent while the campaign runs
 ///   log.txt                  what happened when
 ///

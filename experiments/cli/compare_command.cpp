@@ -1,14 +1,14 @@
 #include "core/config/reader.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/interrupt.hpp"
+#include "experiments/base/text_table.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
 #include "experiments/campaign/run_campaign.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/live_options.hpp"
-#include "experiments/live/live_server.hpp"
 #include "experiments/report/comparison.hpp"
+#include "experiments/report/live/live_server.hpp"
 #include "experiments/report/pareto.hpp"
-#include "experiments/report/text_table.hpp"
 
 #include <algorithm>
 #include <cstdio>

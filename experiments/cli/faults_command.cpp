@@ -1,4 +1,4 @@
-#include "experiments/campaign/files.hpp"
+#include "experiments/base/files.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/rig/fault_table.hpp"
 

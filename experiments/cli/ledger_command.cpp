@@ -1,6 +1,6 @@
 #include "core/config/reader.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/interrupt.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/ledger/ledger.hpp"
 #include "experiments/profile/shipped_instances.hpp"

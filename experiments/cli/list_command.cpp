@@ -1,9 +1,9 @@
 #include "core/actuator/dynamics.hpp"
 #include "core/actuator/valves.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/text_table.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/campaign/files.hpp"
 #include "experiments/cli/commands.hpp"
-#include "experiments/report/text_table.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

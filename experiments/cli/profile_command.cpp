@@ -1,14 +1,14 @@
 #include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/interrupt.hpp"
+#include "experiments/base/text_table.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/read_log.hpp"
 #include "experiments/profile/profile_report.hpp"
 #include "experiments/profile/record.hpp"
 #include "experiments/profile/shipped_instances.hpp"
-#include "experiments/report/text_table.hpp"
 #include "experiments/rig/replay_run.hpp"
 
 #include <algorithm>

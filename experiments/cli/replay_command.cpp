@@ -1,8 +1,8 @@
+#include "experiments/base/files.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/campaign/files.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/read_log.hpp"
-#include "experiments/log/tick_fields.hpp"
+#include "experiments/rig/log/tick_fields.hpp"
 #include "experiments/rig/replay_run.hpp"
 
 #include <CLI/CLI.hpp>

@@ -1,5 +1,5 @@
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/interrupt.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/study/scaling_output.hpp"
 

@@ -1,7 +1,7 @@
-#include "experiments/campaign/files.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/text_table.hpp"
 #include "experiments/cli/commands.hpp"
-#include "experiments/report/text_table.hpp"
-#include "experiments/size/size_output.hpp"
+#include "experiments/sizing/size_output.hpp"
 
 #include <memory>
 

@@ -1,10 +1,10 @@
 #include "core/config/reader.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
-#include "experiments/campaign/machine.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/interrupt.hpp"
+#include "experiments/base/machine.hpp"
+#include "experiments/base/text_table.hpp"
 #include "experiments/cli/commands.hpp"
-#include "experiments/identify/study.hpp"
-#include "experiments/report/text_table.hpp"
+#include "experiments/identify/coverage_study.hpp"
 #include "experiments/study/fishing.hpp"
 #include "experiments/study/force_ratio.hpp"
 #include "experiments/study/sweep.hpp"
@@ -156,7 +156,7 @@ void add_force_ratio(CLI::App& study, int& exit_code) {
       ->check(CLI::Range(1, 999));
   command->add_option("--judged", s.judged, "others, a motion, that the figures come from; default 10")
       ->check(CLI::Range(1, 999));
-  command->add_option("--assumptions", s.assumptions, "a TOML file of what differs from study/force_ratio.toml");
+  command->add_option("--assumptions", s.assumptions, "a TOML file of what differs from tasks/force_ratio.toml");
   command->add_flag("--quick", s.quick, "motions of a second: tries the command, gives no figure");
   command->add_option("--jobs", s.jobs, "worker processes; default: one a core")->check(CLI::Range(1, 1024));
   command->add_option("--out", s.out, "folder; one that is there already is resumed");

@@ -1,9 +1,9 @@
 #include "core/config/reader.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
-#include "experiments/campaign/machine.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/interrupt.hpp"
+#include "experiments/base/machine.hpp"
+#include "experiments/base/text_table.hpp"
 #include "experiments/cli/commands.hpp"
-#include "experiments/report/text_table.hpp"
 #include "experiments/tune/tune_report.hpp"
 
 #include <cstdio>

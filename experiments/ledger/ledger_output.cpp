@@ -1,6 +1,6 @@
 #include "core/metrics/metrics.hpp"
+#include "experiments/base/text_table.hpp"
 #include "experiments/ledger/ledger.hpp"
-#include "experiments/report/text_table.hpp"
 
 #include <algorithm>
 #include <cmath>

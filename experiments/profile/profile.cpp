@@ -1,7 +1,7 @@
 #include "experiments/profile/profile.hpp"
 
 #include "controllers/timing.hpp"
-#include "experiments/campaign/files.hpp"
+#include "experiments/base/files.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -1,8 +1,8 @@
 #include "experiments/profile/profile_report.hpp"
 
 #include "core/config/reader.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/machine.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/machine.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

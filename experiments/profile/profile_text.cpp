@@ -1,5 +1,5 @@
+#include "experiments/base/text_table.hpp"
 #include "experiments/profile/profile_report.hpp"
-#include "experiments/report/text_table.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 #include "experiments/profile/quality.hpp"
 
+#include "experiments/base/gnuplot.hpp"
+#include "experiments/campaign/simulate.hpp"
 #include "experiments/profile/replay.hpp"
-#include "experiments/report/gnuplot.hpp"
-#include "experiments/sim/simulate.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/report/figure.hpp"
+#include "experiments/report/run_figure.hpp"
 
 #include <functional>
 

@@ -1,11 +1,11 @@
 // The C++ half of the Python package: solenoid._core. The package itself (package/__init__.py) gives it its face.
 #include "controllers/factory.hpp"
 #include "core/config/reader.hpp"
-#include "experiments/build_info.hpp"
+#include "experiments/base/build_info.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/run_campaign.hpp"
+#include "experiments/campaign/simulate.hpp"
 #include "experiments/report/comparison.hpp"
-#include "experiments/sim/simulate.hpp"
 
 #include <optional>
 

@@ -1,8 +1,8 @@
 #include "experiments/report/comparison.hpp"
 
+#include "experiments/base/text_table.hpp"
 #include "experiments/campaign/ensemble.hpp"
 #include "experiments/report/ranking.hpp"
-#include "experiments/report/text_table.hpp"
 
 #include <algorithm>
 #include <functional>

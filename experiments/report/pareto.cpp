@@ -1,8 +1,8 @@
 #include "experiments/report/pareto.hpp"
 
 #include "core/config/reader.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/report/gnuplot.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/gnuplot.hpp"
 #include "experiments/report/ranking.hpp"
 
 #include <algorithm>

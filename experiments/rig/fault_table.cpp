@@ -5,8 +5,8 @@
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "core/rt/deferred_solver.hpp"
+#include "experiments/base/text_table.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/report/text_table.hpp"
 #include "experiments/rig/faulty_plant.hpp"
 #include "experiments/rig/make_ladder.hpp"
 

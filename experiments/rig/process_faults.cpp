@@ -1,6 +1,6 @@
-#include "experiments/campaign/files.hpp"
-#include "experiments/log/recorded_run.hpp"
+#include "experiments/base/files.hpp"
 #include "experiments/rig/fault_table.hpp"
+#include "experiments/rig/log/recorded_run.hpp"
 
 #include <chrono>
 #include <csignal>

@@ -3,8 +3,8 @@
 #include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
 #include "core/rt/deferred_solver.hpp"
+#include "experiments/base/files.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/campaign/files.hpp"
 #include "experiments/rig/make_ladder.hpp"
 #include "experiments/rig/rig_file.hpp"
 

@@ -4,8 +4,8 @@
 #include "controllers/variant.hpp"
 #include "core/metrics/metrics.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/log/recorded_run.hpp"
-#include "experiments/sim/simulate.hpp"
+#include "experiments/campaign/simulate.hpp"
+#include "experiments/rig/log/recorded_run.hpp"
 
 #include <string>
 

@@ -3,8 +3,8 @@
 #include "controllers/timing.hpp"
 #include "core/rt/allocation_guard.hpp"
 #include "core/rt/clock.hpp"
-#include "experiments/log/run_log.hpp"
 #include "experiments/rig/background.hpp"
+#include "experiments/rig/log/run_log.hpp"
 #include "experiments/rig/make_ladder.hpp"
 
 #include <algorithm>

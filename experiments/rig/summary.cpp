@@ -1,6 +1,6 @@
 #include "experiments/rig/summary.hpp"
 
-#include "experiments/report/text_table.hpp"
+#include "experiments/base/text_table.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
-#include "experiments/campaign/files.hpp"
-#include "experiments/report/gnuplot.hpp"
-#include "experiments/report/text_table.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/gnuplot.hpp"
+#include "experiments/base/text_table.hpp"
 #include "experiments/study/fishing.hpp"
 
 #include <stdexcept>

@@ -2,16 +2,16 @@
 
 #include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
+#include "experiments/base/embedded.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/interrupt.hpp"
+#include "experiments/base/machine.hpp"
+#include "experiments/base/processes.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
 #include "experiments/campaign/library.hpp"
-#include "experiments/campaign/machine.hpp"
-#include "experiments/campaign/processes.hpp"
-#include "experiments/embedded.hpp"
+#include "experiments/campaign/simulate.hpp"
 #include "experiments/report/ranking.hpp"
-#include "experiments/sim/simulate.hpp"
-#include "experiments/size/size_task.hpp"
+#include "experiments/sizing/size_task.hpp"
 #include "experiments/tune/tune.hpp"
 
 #include <algorithm>
@@ -83,7 +83,7 @@ toml::table quick_trajectory(const std::string& kind) {
 /// A campaign of the shipped plants whose names begin with one of `groups`.
 std::string campaign_text(const RatioSettings& settings, const std::string& variant, const toml::table& controller,
                           const std::vector<std::string>& groups, int members) {
-  const toml::table shipped = toml::parse(embedded("study/force_ratio_plants.toml"));
+  const toml::table shipped = toml::parse(embedded("tasks/force_ratio_plants.toml"));
   toml::table campaign{{"variants", toml::array{variant}}, {"seeds", toml::array{1}}};
   campaign.insert("variant", toml::table{{variant, controller}});
   toml::array scenarios;
@@ -102,7 +102,7 @@ std::string campaign_text(const RatioSettings& settings, const std::string& vari
 }
 
 toml::table controller_of(const std::string& law, const RatioDesign& design) {
-  toml::table controller = *toml::parse(embedded("study/force_ratio_plants.toml"))["variant"][law].as_table();
+  toml::table controller = *toml::parse(embedded("tasks/force_ratio_plants.toml"))["variant"][law].as_table();
   controller.insert_or_assign("model", believed_of(design));
   return controller;
 }

@@ -1,5 +1,5 @@
-#include "experiments/report/gnuplot.hpp"
-#include "experiments/report/text_table.hpp"
+#include "experiments/base/gnuplot.hpp"
+#include "experiments/base/text_table.hpp"
 #include "experiments/study/force_ratio.hpp"
 
 #include <algorithm>

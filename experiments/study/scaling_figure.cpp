@@ -1,5 +1,5 @@
-#include "experiments/campaign/files.hpp"
-#include "experiments/report/gnuplot.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/gnuplot.hpp"
 #include "experiments/study/scaling_output.hpp"
 
 #include <limits>

@@ -1,7 +1,7 @@
 #include "experiments/study/scaling_output.hpp"
 
-#include "experiments/campaign/machine.hpp"
-#include "experiments/report/text_table.hpp"
+#include "experiments/base/machine.hpp"
+#include "experiments/base/text_table.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -2,7 +2,7 @@
 
 #include "experiments/campaign/run_campaign.hpp"
 #include "experiments/campaign/run_record.hpp"
-#include "experiments/report/figure.hpp"
+#include "experiments/report/run_figure.hpp"
 
 #include <optional>
 #include <span>

@@ -1,4 +1,4 @@
-#include "experiments/report/gnuplot.hpp"
+#include "experiments/base/gnuplot.hpp"
 #include "experiments/study/sweep.hpp"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 #include "core/config/reader.hpp"
+#include "experiments/base/printed_table.hpp"
 #include "experiments/campaign/campaign_draft.hpp"
 #include "experiments/campaign/library.hpp"
 #include "experiments/study/sweep.hpp"
-#include "experiments/thesis/printed_table.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "experiments/report/text_table.hpp"
+#include "experiments/base/text_table.hpp"
 #include "experiments/study/sweep.hpp"
 
 #include <algorithm>

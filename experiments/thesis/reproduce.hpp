@@ -1,7 +1,7 @@
 #pragma once
 
-#include "experiments/sim/simulate.hpp"
-#include "experiments/thesis/printed_table.hpp"
+#include "experiments/base/printed_table.hpp"
+#include "experiments/campaign/simulate.hpp"
 
 #include <functional>
 #include <optional>

@@ -1,9 +1,9 @@
 #include "experiments/tune/tune.hpp"
 
 #include "core/config/reader.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/interrupt.hpp"
 #include "experiments/campaign/campaign_draft.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
 #include "experiments/campaign/library.hpp"
 #include "experiments/campaign/run_campaign.hpp"
 #include "experiments/report/ranking.hpp"

@@ -1,7 +1,7 @@
 #include "experiments/tune/tune_report.hpp"
 
-#include "experiments/report/gnuplot.hpp"
-#include "experiments/report/text_table.hpp"
+#include "experiments/base/gnuplot.hpp"
+#include "experiments/base/text_table.hpp"
 
 #include <algorithm>
 

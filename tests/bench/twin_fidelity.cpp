@@ -6,7 +6,7 @@
 //   --search KEY=a,b,c ...   one key at a time, the value of least criterion kept, until none improves
 
 #include "core/config/reader.hpp"
-#include "experiments/embedded.hpp"
+#include "experiments/base/embedded.hpp"
 #include "experiments/thesis/fidelity.hpp"
 #include "experiments/thesis/reproduce_output.hpp"
 

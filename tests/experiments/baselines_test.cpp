@@ -5,8 +5,8 @@
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "experiments/campaign/campaign.hpp"
+#include "experiments/campaign/simulate.hpp"
 #include "experiments/rig/make_ladder.hpp"
-#include "experiments/sim/simulate.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 #include "experiments/campaign/campaign.hpp"
 
 #include "core/config/reader.hpp"
+#include "experiments/base/text_table.hpp"
 #include "experiments/report/ranking.hpp"
-#include "experiments/report/text_table.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <cmath>

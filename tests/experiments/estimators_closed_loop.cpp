@@ -1,6 +1,6 @@
 #include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
-#include "experiments/sim/simulate.hpp"
+#include "experiments/campaign/simulate.hpp"
 
 #include <cmath>
 
@@ -10,7 +10,7 @@ namespace solenoid {
 namespace {
 
 VariantConfig shipped(const std::string& name, const std::string& change = "") {
-  TableReader file = TableReader::from_file(SOLENOID_SOURCE_DIR "/experiments/scenarios/variants.toml");
+  TableReader file = TableReader::from_file(SOLENOID_SOURCE_DIR "/experiments/data/scenarios/variants.toml");
   TableReader variants = file.table("variant");
   TableReader table = variants.table(name);
   VariantConfig v = read_variant(table, name);

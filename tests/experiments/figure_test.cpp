@@ -1,9 +1,8 @@
-#include "experiments/report/figure.hpp"
-
 #include "core/config/reader.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/gnuplot.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/report/gnuplot.hpp"
+#include "experiments/report/run_figure.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <gmock/gmock.h>

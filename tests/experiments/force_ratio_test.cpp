@@ -1,8 +1,8 @@
 #include "experiments/study/force_ratio.hpp"
 
 #include "core/config/reader.hpp"
-#include "experiments/size/size_task.hpp"
-#include "experiments/twin/parameters.hpp"
+#include "experiments/plants/twin_parameters.hpp"
+#include "experiments/sizing/size_task.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <cmath>

@@ -1,6 +1,7 @@
 #include "core/config/reader.hpp"
 #include "core/signal/bessel.hpp"
 #include "experiments/identify/chambers.hpp"
+#include "experiments/identify/coverage_study.hpp"
 #include "experiments/identify/experiment.hpp"
 #include "experiments/identify/friction.hpp"
 #include "experiments/identify/identify.hpp"
@@ -9,8 +10,7 @@
 #include "experiments/identify/run_experiment.hpp"
 #include "experiments/identify/signals.hpp"
 #include "experiments/identify/statistics.hpp"
-#include "experiments/identify/study.hpp"
-#include "experiments/twin/sensing.hpp"
+#include "experiments/plants/twin_sensing.hpp"
 
 #include <cmath>
 #include <random>

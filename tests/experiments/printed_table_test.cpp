@@ -1,4 +1,4 @@
-#include "experiments/thesis/printed_table.hpp"
+#include "experiments/base/printed_table.hpp"
 
 #include <stdexcept>
 

@@ -1,4 +1,4 @@
-#include "experiments/campaign/processes.hpp"
+#include "experiments/base/processes.hpp"
 
 #include <csignal>
 #include <cstdlib>

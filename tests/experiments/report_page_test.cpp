@@ -1,6 +1,6 @@
 // The report as a browser shows it, and the live page. Needs node and Debian's chromium.
 
-#include "experiments/embedded.hpp"
+#include "experiments/base/embedded.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <chrono>

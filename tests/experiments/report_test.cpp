@@ -1,7 +1,7 @@
-#include "experiments/embedded.hpp"
+#include "experiments/base/embedded.hpp"
 #include "experiments/report/page.hpp"
 #include "experiments/report/report_data.hpp"
-#include "experiments/thesis/thesis_cell.hpp"
+#include "experiments/report/thesis_cell.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <fmt/format.h>

@@ -1,6 +1,6 @@
 #include "core/actuator/valves.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/sim/simulate.hpp"
+#include "experiments/campaign/simulate.hpp"
 
 #include <cmath>
 #include <map>

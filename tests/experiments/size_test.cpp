@@ -1,5 +1,5 @@
 #include "core/config/reader.hpp"
-#include "experiments/size/size_output.hpp"
+#include "experiments/sizing/size_output.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <array>

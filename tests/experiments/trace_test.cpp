@@ -1,4 +1,4 @@
-#include "experiments/log/trace.hpp"
+#include "experiments/campaign/trace.hpp"
 
 #include "core/actuator/valves.hpp"
 #include "experiments/campaign/campaign.hpp"

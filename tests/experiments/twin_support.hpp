@@ -2,7 +2,7 @@
 
 #include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
-#include "experiments/twin/twin_plant.hpp"
+#include "experiments/plants/twin_plant.hpp"
 
 #include <cmath>
 #include <string>

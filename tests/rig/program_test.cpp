@@ -1,6 +1,6 @@
 #include "controllers/instances/instance_set.hpp"
-#include "experiments/log/recorded_run.hpp"
 #include "experiments/rig/fault_table.hpp"
+#include "experiments/rig/log/recorded_run.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <cstdlib>
