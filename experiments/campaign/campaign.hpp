@@ -1,7 +1,7 @@
 #pragma once
 
 #include "controllers/variant.hpp"
-#include "experiments/campaign/simulate.hpp"
+#include "experiments/campaign/scenario.hpp"
 
 #include <cstdint>
 #include <string>

@@ -6,6 +6,7 @@
 #include "experiments/base/processes.hpp"
 #include "experiments/base/progress.hpp"
 #include "experiments/campaign/results_folder.hpp"
+#include "experiments/campaign/simulate.hpp"
 #include "experiments/campaign/trace.hpp"
 
 #include <filesystem>

@@ -1,6 +1,7 @@
 #pragma once
 
-#include "experiments/campaign/simulate.hpp"
+#include "core/rt/recorder.hpp"
+#include "experiments/campaign/scenario.hpp"
 
 #include <array>
 #include <cstdint>

@@ -3,6 +3,7 @@
 #include "controllers/instances/recording_solver.hpp"
 #include "controllers/timing.hpp"
 #include "experiments/campaign/library.hpp"
+#include "experiments/campaign/simulate.hpp"
 #include "experiments/rig/replay_run.hpp"
 
 #include <algorithm>

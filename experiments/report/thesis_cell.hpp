@@ -1,7 +1,7 @@
 #pragma once
 
 #include "experiments/base/printed_table.hpp"
-#include "experiments/campaign/simulate.hpp"
+#include "experiments/campaign/scenario.hpp"
 
 #include <optional>
 

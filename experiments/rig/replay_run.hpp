@@ -4,7 +4,7 @@
 #include "controllers/variant.hpp"
 #include "core/metrics/metrics.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/campaign/simulate.hpp"
+#include "experiments/campaign/scenario.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
 
 #include <string>

@@ -2,6 +2,7 @@
 #include "controllers/instances/recording_solver.hpp"
 #include "core/config/reader.hpp"
 #include "core/mpc/rollout.hpp"
+#include "experiments/campaign/simulate.hpp"
 #include "experiments/profile/record.hpp"
 #include "experiments/profile/shipped_instances.hpp"
 #include "tests/experiments/program_under_test.hpp"

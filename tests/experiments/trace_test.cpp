@@ -2,6 +2,7 @@
 
 #include "core/actuator/valves.hpp"
 #include "experiments/campaign/campaign.hpp"
+#include "experiments/campaign/simulate.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <cmath>

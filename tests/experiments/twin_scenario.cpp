@@ -1,3 +1,4 @@
+#include "experiments/campaign/simulate.hpp"
 #include "experiments/thesis/fidelity.hpp"
 #include "tests/experiments/twin_support.hpp"
 
