@@ -144,4 +144,10 @@ void tick_csv(const TickRecord& tick, std::string& out) {
   out += '\n';
 }
 
+std::string tick_csv_text(std::span<const TickRecord> ticks) {
+  std::string text = tick_csv_heading();
+  for (const TickRecord& tick : ticks) tick_csv(tick, text);
+  return text;
+}
+
 }  // namespace solenoid

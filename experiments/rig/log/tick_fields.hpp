@@ -26,6 +26,7 @@ TickRecord tick_from_json(std::string_view json);
 std::string tick_schema();
 
 std::string tick_csv_heading();
-void tick_csv(const TickRecord& tick, std::string& out);  ///< appends a line
+void tick_csv(const TickRecord& tick, std::string& out);       ///< appends a line
+std::string tick_csv_text(std::span<const TickRecord> ticks);  ///< heading and lines
 
 }  // namespace solenoid
