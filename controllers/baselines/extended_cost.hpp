@@ -23,7 +23,7 @@ namespace solenoid {
 ///
 /// Y. Qi, G. M. Bone, Y. Zhang, "Position control of pneumatic actuators using three-mode discrete-valued model
 /// predictive control", Actuators 8(3), 56, 2019 (DVMPC2): three modes, direct switching, a cost with more terms than
-/// the position error of DVMPC1. The terms here are our reading of it (docs/baselines.md).
+/// the position error of DVMPC1. The terms here are our reading of it (docs/results/baselines.md).
 template <HybridModel M>
 class ExtendedCostSearch final : public Solver<M> {
  public:

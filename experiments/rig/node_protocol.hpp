@@ -7,7 +7,7 @@
 
 namespace solenoid {
 
-/// The packets between controller and I/O node: 52 bytes each, little-endian (docs/rig.md, byte by byte).
+/// The packets between controller and I/O node: 52 bytes each, little-endian (docs/reference/rig.md, byte by byte).
 ///
 ///     0  u32 magic "SLN1"      4  u8 type      5  u8 flags      6  u16 zero
 ///     8  u32 session          12  u32 sequence                 16  u64 sender's monotonic time [us]
