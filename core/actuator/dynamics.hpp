@@ -24,7 +24,7 @@ enum OpeningIndex : std::size_t { fill_a = 0, exhaust_a = 1, fill_b = 2, exhaust
 ///     mdot       = s_fill fill(P) + s_exhaust exhaust(P)                                       (5.7, 5.8)
 ///     m_eq dv/dt = Pa A_a - Pb A_b - P_0 (A_a - A_b) + F_grav(y) + F_m - F_fric                (4.1-4.14, E9)
 ///
-/// The numbers are the thesis's; model.md, eq. 1 to 9, has the equations with their misprints mended.
+/// The numbers are the thesis's; model.md, eq. 1 to 11, has the equations with their misprints mended.
 ///
 /// step() is the explicit Euler method of the thesis (5.4) with three non-smooth corrections: a slide at rest stays
 /// while |applied force| <= F_sf; a velocity that would change its sign stops at zero; end stops are inelastic.
