@@ -25,8 +25,7 @@ std::unique_ptr<Controller> make_controller(const VariantConfig& variant, const 
                                             SolverWrapper* wrapper = nullptr);
 
 /// The problem a variant poses in each period, without state and reference. Model: PneumaticActuator, or
-/// PrestabilisedActuator for variants with the motor in the prediction
-/// (predicts_motor()).
+/// PrestabilisedActuator for variants with the motor in the prediction (predicts_motor()).
 template <HybridModel Model>
 Problem<Model> make_problem(const VariantConfig& variant, Plane plane);
 

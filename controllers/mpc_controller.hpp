@@ -22,7 +22,7 @@ namespace solenoid {
 ///
 ///     each T_s    estimate, integral offset, motor force
 ///     each T_sp   problem from the estimate, the commands in flight and the reference ahead; solve; command the first
-///     mode, latency_ticks later: the problem starts from the state forecast to that moment
+///                 mode, latency_ticks later: the problem starts from the state forecast to that moment
 ///
 /// A DeferredSolver is posted the problem and asked each tick; its plan takes effect on arrival, or latency_ticks after
 /// the problem was posed if that is later. While no newer plan can be applied (a solve failed, or is late), the last

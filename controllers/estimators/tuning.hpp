@@ -11,7 +11,7 @@ class TableReader;
 /// What an estimator believes of the sensors and of what the model leaves out. A standard deviation of zero for payload
 /// or a factor fixes it at its mean. The defaults are payload_ekf's.
 struct EstimatorTuning {
-  // Sensors (model.md, section 4).
+  // Sensors (model.md, section 6).
   double position_sigma_m = 0.03e-3;                      ///< white noise of the unfiltered potentiometer
   double position_quantum_m = 0.02e-3;                    ///< converter step
   double position_low_m = -0.01, position_high_m = 0.11;  ///< what the potentiometer's channel can show

@@ -51,7 +51,7 @@ struct VariantInstances {
   std::vector<InstanceRecord> records;
 };
 
-/// A set of problems to judge solvers on; docs/instances.md describes its file byte by byte.
+/// A set of problems to judge solvers on; docs/reference/instances.md describes its file byte by byte.
 struct InstanceSet {
   std::vector<Situation> situations;
   std::vector<VariantInstances> variants;

@@ -19,10 +19,12 @@ enum OpeningIndex : std::size_t { fill_a = 0, exhaust_a = 1, fill_b = 2, exhaust
 /// continuous  u = motor force [N], saturated at the amplifier's limit
 /// output      z = (y [m], v [m/s])
 ///
-///     V_a dPa/dt =  k R T mdot_a - k Pa A_a v,   V_a = (y_a0 + y) A_a                            (4.18, 4.19, 4.21)
-///     V_b dPb/dt =  k R T mdot_b + k Pb A_b v,   V_b = (y_b0 - y) A_b                            (4.20, 4.22 as
-///     corrected) mdot       =  s_fill fill(P) + s_exhaust exhaust(P) (5.7, 5.8) m_eq dv/dt =  Pa A_a - Pb A_b - P_0
-///     (A_a - A_b) + F_grav(y) + F_m - F_fric                  (4.1-4.14)
+///     V_a dPa/dt = k R T mdot_a - k Pa A_a v,   V_a = (y_a0 + y) A_a                           (4.18, 4.19, 4.21)
+///     V_b dPb/dt = k R T mdot_b + k Pb A_b v,   V_b = (y_b0 - y) A_b                           (4.20, 4.22 with E3)
+///     mdot       = s_fill fill(P) + s_exhaust exhaust(P)                                       (5.7, 5.8)
+///     m_eq dv/dt = Pa A_a - Pb A_b - P_0 (A_a - A_b) + F_grav(y) + F_m - F_fric                (4.1-4.14, E9)
+///
+/// The numbers are the thesis's; model.md, eq. 1 to 11, has the equations with their misprints mended.
 ///
 /// step() is the explicit Euler method of the thesis (5.4) with three non-smooth corrections: a slide at rest stays
 /// while |applied force| <= F_sf; a velocity that would change its sign stops at zero; end stops are inelastic.
@@ -189,8 +191,7 @@ class PneumaticActuator {
   }
 
   /// One step of a box [low, high] that holds every state reachable with openings and motor force anywhere in theirs:
-  /// the image under step() of each point of the old box lies in the new one, up to rounding.              [theory.md,
-  /// sect. 3]
+  /// the image under step() of each point of the old box lies in the new one, up to rounding. [theory.md, section 3]
   template <class S>
   void enclose_step(Vector<S, 4>& low, Vector<S, 4>& high, const Vector<S, 4>& opening_low,
                     const Vector<S, 4>& opening_high, const Vector<double, 2>&, const Vector<double, 1>& motor,

@@ -23,7 +23,7 @@ struct Metrics {
   double sse_max_abs_mm = 0;                         ///< steady part: max |error|, the reading of tables 5-2 to 5-4
   double ssa_mm = 0;                                 ///< steady part: max y - min y
   double itae = 0;                                   ///< integral of t |error| [mm s2]
-  double overshoot_percent = 0;                      ///< beyond the last desired position, relative to the whole move
+  double overshoot_percent = 0;                      ///< beyond the steady position, relative to the way to it
   int coil_switches = 0;
   double switches_per_s = 0;
   double steady_switches_per_s = 0;  ///< steady part: coil changes, what holding still costs

@@ -51,8 +51,7 @@ struct Bounds {
   }
 };
 
-/// One mixed-integer optimal control problem over a finite horizon.                                    [theory.md, eq.
-/// 1]
+/// One mixed-integer optimal control problem over a finite horizon.                              [theory.md, eq. 1]
 ///
 ///     minimise   sum_{j=1..N} |r[j] - z[j]|^2_tracking + |r[N] - z[N]|^2_terminal + switching * (switch changes)
 ///                + consumption * sum_j rate(x[j], s[j]) dt + sum_j |u[j]|^2_continuous

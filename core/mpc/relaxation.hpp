@@ -108,8 +108,7 @@ SwitchStates<Scalar> pattern_states(SwitchPattern pattern) noexcept {
 /// The state in effect of a switch `after` steps after it was commanded to c, when without that command it would have
 /// been l. Multilinear, and at c, l in {0, 1} what SwitchLines does:                        [theory-relaxed.md, eq. 3]
 ///
-///     l before both delays are over, c after both; in between  l c  (fall < rise)  or  1 - (1 - l)(1 - c)  (rise <
-///     fall)
+///     l before both delays, c after both; in between  l c  (fall < rise)  or  1 - (1 - l)(1 - c)  (rise < fall)
 template <class Scalar>
 Scalar effective_state(const Scalar& l, const Scalar& c, int after, int rise, int fall) noexcept {
   if (after >= std::max(rise, fall)) return c;

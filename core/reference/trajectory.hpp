@@ -15,7 +15,7 @@ struct ReferenceSample {
   double acceleration = 0.0;
 };
 
-/// A desired motion y_d(t), t >= 0, held at its last position after its end (model.md, section 5).
+/// A desired motion y_d(t), t >= 0, held at its last position after its end (model.md, section 7).
 class Trajectory {
  public:
   /// Holds `position_m` for ever.

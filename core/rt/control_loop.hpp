@@ -18,8 +18,8 @@ struct LoopCounts {
 
 /// The control loop, in simulation and on the rig alike; only plant and clock differ.
 ///
-///     plant.read -> controller (filter, estimator, every 5 ms the solver, motor law) -> limits -> plant.write ->
-///     recorder
+///     plant.read -> controller (filter, estimator, every 5 ms the solver, motor law) -> limits
+///                -> plant.write -> recorder
 ///
 /// Tick k is due at start + k period. Ticks whose whole period has passed are skipped and counted, never made up for,
 /// so the phase stays. No allocation, lock or exception of its own.

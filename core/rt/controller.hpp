@@ -19,7 +19,7 @@ struct EstimateDetail {
   double innovation = 0.0;  ///< normalised innovation squared of the tick, chi-square with 3 degrees of freedom
 };
 
-/// What stands behind a command, from best to worst: the degradation ladder (docs/realtime.md).
+/// What stands behind a command, from best to worst: the degradation ladder (docs/reference/realtime.md).
 enum class Rung : std::uint8_t {
   fresh,    ///< the plan made for this slot
   shifted,  ///< an older plan, at its own later blocks

@@ -183,7 +183,7 @@ int run(const Options& chosen) {
 void add_plant_options(CLI::App& command, Options& o) {
   command.add_option("--plant", o.plant.kind, "sim (the twin in this process), emulator (UDP I/O node) or comedi")
       ->check(CLI::IsMember({"sim", "emulator", "comedi"}));
-  command.add_option("--rig", o.rig_file, "TOML of calibration, wiring and limits (docs/rig.md)");
+  command.add_option("--rig", o.rig_file, "TOML of calibration, wiring and limits (docs/reference/rig.md)");
   command.add_option("--node", o.plant.address, "ADDRESS:PORT of the UDP I/O node; default 127.0.0.1:47811");
   command.add_option("--fault", o.faults, "provoke a fault, repeatable: " + fault_help());
 }

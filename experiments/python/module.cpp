@@ -63,8 +63,7 @@ Run simulate_run(const VariantConfig& variant, const ScenarioConfig& scenario, s
   return {result.metrics, std::move(result.ticks)};
 }
 
-/// What `solenoid compare --format json` prints; Ctrl-C there is Ctrl-C in
-/// Python.
+/// What `solenoid compare --format json` prints; Ctrl-C there is Ctrl-C in Python.
 std::string run_campaign_json(const std::string& path, const std::vector<std::string>& variants,
                               const std::vector<std::string>& scenarios, int jobs) {
   const Campaign campaign = read_campaign(path, {variants, scenarios});

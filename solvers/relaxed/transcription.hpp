@@ -31,8 +31,7 @@ std::array<int, 2> transcription_sizes(const Problem<M>& problem) {
   return {hull.weights(), static_cast<int>(memory_rows(problem, hull).rows())};
 }
 
-/// Direct multiple shooting of the relaxed problem: one stage an interval, with             [theory-relaxed.md, sect.
-/// 3]
+/// Direct multiple shooting of the relaxed problem: one stage an interval, with       [theory-relaxed.md, section 3]
 ///
 ///     stage state   (x, a)   x: the model's state at the interval's begin    a = memory v of the interval before
 ///     stage input   (v, u)   v: weights of ModeHull    u: continuous input
