@@ -91,7 +91,8 @@ class ExtendedCostSearch final : public Solver<M> {
     const std::size_t last = problem.reference.size() - 1;
     const double desired =
         (problem.reference[last][velocity] - problem.reference[last - 1][velocity]) / problem.horizon.dt_s;
-    const auto motor = rollout_detail::applied_continuous<M, double>(problem, last, r.state, {});
+    ContinuousOf<M> motor{};
+    if constexpr (HasFeedback<M>) motor = problem.model.template feedback<double>(r.state, problem.setpoint[last]);
     const double error = desired - believed_acceleration(problem.model, r.state, motor[0]);
     return cost + weight_ * error * error;
   }

@@ -25,6 +25,7 @@ class LoadedActuator {
   /// Time constants with which force and factors return to their means.
   struct Memory {
     double force_s = 0.1, flow_s = 10.0, friction_s = 10.0;
+    bool operator==(const Memory&) const = default;
   };
 
   /// The payload of `model` is ignored: the state has its own.

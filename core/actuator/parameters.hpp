@@ -81,6 +81,7 @@ struct ActuatorParameters {
 
   /// Throws ConfigError naming the field and what is allowed.
   void validate(const std::string& where) const;
+  bool operator==(const ActuatorParameters&) const = default;
 };
 
 /// A parameter set by name: `+`-joined choices, the first of them `consistent` (default), `printed` (flow, E2) or

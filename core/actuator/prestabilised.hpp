@@ -8,6 +8,7 @@ namespace solenoid {
 struct MotorGains {
   double proportional = 23000.0;  ///< K_pe [N/m]
   double derivative = 400.0;      ///< K_de [N s/m]
+  bool operator==(const MotorGains&) const = default;
 };
 
 /// The actuator with the motor's PD law (5.14) in its prediction, so that the search knows what the motor will do:

@@ -16,6 +16,7 @@ namespace solenoid {
 /// How a solver's thread lives.
 struct SolverThreadSettings {
   double period_s = 0.005;  ///< posts come so often: between them the thread sleeps, shortly before one it looks often
+  double lead_s = 0.001;    ///< before a post comes the problem as it is expected, for solvers that anticipate
   double look_s = 50e-6;    ///< how often
   int priority = 0;         ///< SCHED_FIFO below the tick's; 0: as it is
   int core = -1;            ///< -1: any
@@ -55,12 +56,11 @@ class BackgroundSolver final : public DeferredSolver<M> {
 
   void post(std::int64_t ticket, const Problem<M>& problem, const Plan<M>& warm_start,
             double budget_s) noexcept override {
-    Posted& slot = shared_->posted.back();
-    slot.ticket = ticket;
-    slot.budget_s = budget_s;
-    copy_situation(problem, slot.problem);
-    slot.warm_start = warm_start;
-    shared_->posted.put();
+    put(ticket, problem, warm_start, budget_s);
+  }
+  bool anticipates() const override { return shared_->solver->anticipates(); }
+  void anticipate(const Problem<M>& expected, const Plan<M>& warm_start) noexcept override {
+    put(expectation, expected, warm_start, 0.0);
   }
   const Finished* collect() noexcept override {
     return shared_->finished.take() ? &shared_->finished.front() : nullptr;
@@ -68,7 +68,7 @@ class BackgroundSolver final : public DeferredSolver<M> {
 
   /// Posts and waits: for callers that are no tick.
   Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline) noexcept override {
-    constexpr std::int64_t ticket = -2;
+    constexpr std::int64_t ticket = -3;
     post(ticket, problem, plan, 0.0);
     MonotonicClock clock;
     for (;;) {
@@ -82,6 +82,7 @@ class BackgroundSolver final : public DeferredSolver<M> {
   }
 
  private:
+  static constexpr std::int64_t expectation = -2;  // the ticket of a problem that is still to be measured
   struct Posted {
     std::int64_t ticket = -1;
     double budget_s = 0.0;
@@ -107,9 +108,14 @@ class BackgroundSolver final : public DeferredSolver<M> {
           continue;
         }
         const double begun = clock.now_s();
-        solve();
-        // Nothing comes before the next period; sleep through most of it.
-        const double next = begun + settings.period_s - 6 * settings.look_s;
+        const bool expected = posted.front().ticket == expectation;
+        if (expected)
+          solver->anticipate(posted.front().problem, posted.front().warm_start);
+        else
+          solve();
+        // Nothing comes for a while; sleep through most of it.
+        const double lead_s = solver->anticipates() ? settings.lead_s : 0.0;
+        const double next = begun + (expected ? lead_s : settings.period_s - lead_s) - 6 * settings.look_s;
         if (clock.now_s() < next) clock.sleep_until(next);
       }
       ended.store(true);
@@ -133,7 +139,16 @@ class BackgroundSolver final : public DeferredSolver<M> {
     std::atomic<bool> stop{false}, ended{false};
   };
 
-  std::unique_ptr<Solver<M>> solver_;
+  void put(std::int64_t ticket, const Problem<M>& problem, const Plan<M>& warm_start, double budget_s) noexcept {
+    Posted& slot = shared_->posted.back();
+    slot.ticket = ticket;
+    slot.budget_s = budget_s;
+    copy_situation(problem, slot.problem);
+    slot.warm_start = warm_start;
+    shared_->posted.put();
+  }
+
+  std::unique_ptr<Solver<M>> solver_;  // until prepare
   SolverThreadSettings settings_;
   std::shared_ptr<Shared> shared_;
   std::thread thread_;

@@ -1,3 +1,4 @@
+#include "controllers/catalogue.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/interrupt.hpp"
@@ -137,6 +138,7 @@ int run(const Options& chosen) {
   options.session.rates = options.plant.rig.rates;
   if (lowering_s > 0) options.session.ladder.lowering_s = lowering_s;
   const Campaign campaign = campaign_of(options);
+  require_real_time(campaign.variants.front());
   const std::string folder = options.out.empty() ? "results/run-" + compact_timestamp() : options.out;
   const InterruptGuard guard;
   std::optional<LiveServer> server;

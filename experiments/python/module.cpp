@@ -1,5 +1,6 @@
 // The C++ half of the Python package: solenoid._core. The package itself (package/__init__.py) gives it its face.
 #include "controllers/factory.hpp"
+#include "controllers/variant_keys.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/base/build_info.hpp"
 #include "experiments/campaign/campaign.hpp"
@@ -86,6 +87,14 @@ void bind_configuration(py::module_& m) {
       .def_readonly("valves", &VariantConfig::valves)
       .def_readonly("solver", &VariantConfig::solver)
       .def_readonly("motor", &VariantConfig::motor)
+      .def_readonly("estimator", &VariantConfig::estimator)
+      .def_property_readonly("settings",
+                             [](const VariantConfig& v) {
+                               py::dict settings;
+                               for (const VariantKey& key : variant_keys())
+                                 if (key.member.index() != 0) settings[py::str(key.path)] = key.value(v);
+                               return settings;
+                             })
       .def("__repr__", [](const VariantConfig& v) { return fmt::format("<solenoid.Variant {}>", v.name); });
   py::class_<ScenarioConfig>(m, "Scenario")
       .def_readonly("name", &ScenarioConfig::name)

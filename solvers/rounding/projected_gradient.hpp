@@ -66,8 +66,6 @@ class ProjectedGradient final : public RelaxedSolver<M> {
     return report;
   }
 
-  bool real_time() const override { return false; }
-
  private:
   struct Point {
     std::vector<double> weights;
