@@ -13,7 +13,7 @@
 
 namespace solenoid {
 
-/// How a solver's thread lives.
+/// These settings say how a solver's thread lives.
 struct SolverThreadSettings {
   double period_s = 0.005;  ///< posts come so often: between them the thread sleeps, shortly before one it looks often
   double lead_s = 0.001;    ///< before a post comes the problem as it is expected, for solvers that anticipate
@@ -23,8 +23,9 @@ struct SolverThreadSettings {
   double patience_s = 1.0;  ///< at the end: so long for a solve under way before the thread is left behind
 };
 
-/// A solver in a thread of its own, between two mailboxes. Posting and collecting make no system call: the thread looks
-/// for work itself, so that the tick need not wake it. A solver that never returns costs its thread, not the tick.
+/// Runs a solver in a thread of its own, between two mailboxes. Posting and collecting make no system call: the thread
+/// looks for work itself, so that the tick need not wake it. A solver that never returns costs its thread, not the
+/// tick.
 template <HybridModel M>
 class BackgroundSolver final : public DeferredSolver<M> {
  public:
@@ -66,7 +67,7 @@ class BackgroundSolver final : public DeferredSolver<M> {
     return shared_->finished.take() ? &shared_->finished.front() : nullptr;
   }
 
-  /// Posts and waits: for callers that are no tick.
+  /// Posts the problem and waits for its plan: for callers outside of the tick.
   Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline) noexcept override {
     constexpr std::int64_t ticket = -3;
     post(ticket, problem, plan, 0.0);
@@ -89,7 +90,7 @@ class BackgroundSolver final : public DeferredSolver<M> {
     Problem<M> problem;
     Plan<M> warm_start;
   };
-  /// What outlives a thread that hangs.
+  /// Both sides share this, and it outlives the solver object if the thread hangs.
   struct Shared {
     Shared(const Problem<M>& problem, std::unique_ptr<Solver<M>> s, const SolverThreadSettings& t)
         : solver(std::move(s)),

@@ -50,9 +50,9 @@ class Transcription {
   using Input = Eigen::Matrix<double, U, 1>;
   using Memory = Eigen::Matrix<double, A, 1>;
 
-  void prepare(const Problem<M>& problem, const RelaxedGrid& grid_) {
-    check_grid(problem, grid_);
-    grid = grid_;
+  void prepare(const Problem<M>& problem, const RelaxedGrid& intervals) {
+    check_grid(problem, intervals);
+    grid = intervals;
     timing = SwitchTiming(problem.modes, problem.horizon.dt_s);
     hull = ModeHull(problem.modes);
     const Eigen::MatrixXd rows = memory_rows(problem, hull);
