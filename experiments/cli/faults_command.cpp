@@ -13,7 +13,7 @@ namespace solenoid {
 namespace {
 
 struct Options {
-  std::string format = "table";
+  std::string format = "table", variant = "nine_state";
   bool simulated_only = false;
 };
 
@@ -46,14 +46,14 @@ std::string json_of(const std::vector<FaultOutcome>& simulated, const std::vecto
   return json.dump(1) + "\n";
 }
 
-std::vector<ProcessOutcome> in_a_folder() {
+std::vector<ProcessOutcome> in_a_folder(const std::string& variant) {
   const TemporaryFolder folder;
-  return process_faults(std::filesystem::read_symlink("/proc/self/exe").string(), folder.path().string());
+  return process_faults(std::filesystem::read_symlink("/proc/self/exe").string(), folder.path().string(), variant);
 }
 
 int faults(const Options& options) {
-  const auto simulated = simulated_faults();
-  const auto processes = options.simulated_only ? std::vector<ProcessOutcome>{} : in_a_folder();
+  const auto simulated = simulated_faults(options.variant);
+  const auto processes = options.simulated_only ? std::vector<ProcessOutcome>{} : in_a_folder(options.variant);
   write_standard_output(options.format == "json" ? json_of(simulated, processes)
                                                  : fault_table_text(simulated, processes));
   const bool good = std::all_of(simulated.begin(), simulated.end(), [](const auto& f) { return f.in_range; }) &&
@@ -67,6 +67,7 @@ void add_faults(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("faults", "provokes every fault of sensors, solver, processes; what they lead to");
+  command->add_option("--variant", options->variant, "a shipped variant that is real time; default nine_state");
   command->add_option("--format", options->format, "table or json, on standard output")
       ->check(CLI::IsMember({"table", "json"}));
   command->add_flag("--simulated-only", options->simulated_only, "leave out the faults of processes (about a minute)");

@@ -116,16 +116,17 @@ struct Observer {
 
 }  // namespace
 
-FaultOutcome simulate_fault(const std::string& name, const std::string& fault, bool moving, double until_s,
-                            double rearm_at_s) {
+FaultOutcome simulate_fault(const std::string& variant_name, const std::string& name, const std::string& fault,
+                            bool moving, double until_s, double rearm_at_s) {
   FaultOutcome out;
   out.name = name;
   out.fault = fault;
   out.moving = moving;
   const std::vector<InjectedFault> faults = parse_faults({fault});
-  const Campaign campaign = read_campaign("rig", {{"nine_state"}, {"cycloidal"}});
+  const Campaign campaign = read_campaign("rig", {{variant_name}, {"cycloidal"}});
   const VariantConfig& variant = campaign.variants.front();
   const ScenarioConfig& scenario = campaign.scenarios.front();
+  require_real_time(variant);
   FaultyPlant plant(make_plant(variant, scenario, 1), faults, variant.valves, 1);
   const SolverDecorator late =
       decorator([own = faults_of_solver(faults)]<HybridModel M>(SolverPtr<M> solver) -> SolverPtr<M> {
@@ -152,12 +153,12 @@ FaultOutcome simulate_fault(const std::string& name, const std::string& fault, b
   return out;
 }
 
-std::vector<FaultOutcome> simulated_faults() {
+std::vector<FaultOutcome> simulated_faults(const std::string& variant) {
   std::vector<FaultOutcome> table;
   const auto add = [&](const std::string& what, bool moving, double for_s = 0.0, double rearm_s = -1.0) {
     const double from_s = moving ? moving_s : rest_s;
     const std::string spec = fmt::format("{}@{}", what, from_s) + (for_s > 0 ? fmt::format("+{}", for_s) : "");
-    table.push_back(simulate_fault(what, spec, moving, from_s + (rearm_s > 0 ? rearm_s + 2.0 : 2.0),
+    table.push_back(simulate_fault(variant, what, spec, moving, from_s + (rearm_s > 0 ? rearm_s + 2.0 : 2.0),
                                    rearm_s > 0 ? from_s + rearm_s : -1.0));
   };
   for (const bool moving : {false, true}) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "controllers/any_solver.hpp"
 #include "controllers/ladder/fallback_ladder.hpp"
 #include "controllers/variant.hpp"
 #include "core/metrics/metrics.hpp"

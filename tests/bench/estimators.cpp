@@ -1,6 +1,6 @@
 // Time of one estimate on a recorded closed loop: median, p99 and maximum in microseconds, of the thread's own time
 // (free of what else the machine does) and on the wall.
-#include "controllers/estimators/estimator.hpp"
+#include "controllers/catalogue.hpp"
 #include "core/metrics/metrics.hpp"
 #include "tests/support/drawn_world.hpp"
 

@@ -1,5 +1,6 @@
-#include "controllers/estimators/estimator.hpp"
+#include "controllers/catalogue.hpp"
 #include "controllers/estimators/forecast.hpp"
+#include "controllers/estimators/moving_horizon.hpp"
 #include "controllers/estimators/sensitivity.hpp"
 #include "tests/support/drawn_world.hpp"
 

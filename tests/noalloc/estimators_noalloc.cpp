@@ -1,4 +1,4 @@
-#include "controllers/estimators/estimator.hpp"
+#include "controllers/catalogue.hpp"
 #include "core/rt/allocation_guard.hpp"
 #include "tests/support/drawn_world.hpp"
 
