@@ -4,7 +4,6 @@
 #include "controllers/estimators/moving_horizon.hpp"
 #include "controllers/estimators/thesis_estimator.hpp"
 
-#include <string>
 #include <variant>
 
 namespace solenoid {
@@ -13,8 +12,8 @@ namespace solenoid {
 /// promise  update, applied: no allocation, lock or exception
 class Estimator {
  public:
-  /// "thesis", "ekf", "payload_ekf" or "mhe" over this believed model. May allocate; throws std::invalid_argument.
-  Estimator(const std::string& name, const PneumaticActuator& model, const EstimatorTuning& tuning);
+  using Kind = std::variant<ThesisEstimator, ActuatorKalman, MovingHorizon>;
+  explicit Estimator(Kind kind) : kind_(std::move(kind)) {}
 
   ActuatorState update(const Sensors& sensors) noexcept {
     return std::visit([&](auto& e) { return e.update(sensors); }, kind_);
@@ -27,8 +26,6 @@ class Estimator {
   }
 
  private:
-  using Kind = std::variant<ThesisEstimator, ActuatorKalman, MovingHorizon>;
-  static Kind make(const std::string& name, const PneumaticActuator& model, const EstimatorTuning& tuning);
   Kind kind_;
 };
 

@@ -11,13 +11,13 @@
 
 namespace solenoid {
 
-/// A configuration that cannot be used: one line with file, line, key and what is allowed.
+/// This error says why a configuration cannot be used: one line with file, line, key and what is allowed.
 class ConfigError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Inclusive range of a number, with the words an error uses for it.
+/// A number must lie in this inclusive range; text() has the words that an error uses for it.
 struct Range {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
@@ -31,7 +31,7 @@ struct Range {
   std::string text() const;
 };
 
-/// One table of a TOML document, read key by key: every getter checks type and range, and finish() refuses the keys
+/// Reads one table of a TOML document key by key: every getter checks type and range, and finish() refuses the keys
 /// that nobody asked for. All errors are ConfigErrors of the form `file:line: key 'a.b': problem (allowed: ...)`.
 class TableReader {
  public:
@@ -51,7 +51,7 @@ class TableReader {
   int integer(const std::string& key, int low, int high);
   int integer_or(const std::string& key, int fallback, int low, int high);
   bool boolean_or(const std::string& key, bool fallback);
-  /// `allowed` empty: any text.
+  /// Reads a text; an empty `allowed` takes any.
   std::string text(const std::string& key, const std::vector<std::string>& allowed = {});
   std::string text_or(const std::string& key, const std::string& fallback,
                       const std::vector<std::string>& allowed = {});
@@ -66,10 +66,10 @@ class TableReader {
 
   /// Throws the ConfigError of this key.
   [[noreturn]] void fail(const std::string& key, const std::string& problem) const;
-  /// `file:line` of the key, or of the table.
+  /// Returns `file:line` of the key, or of the table.
   std::string where(const std::string& key = "") const;
   const std::string& file() const;
-  /// The folder that relative paths in this document start from.
+  /// Returns the folder from which relative paths in this document start.
   std::string folder() const;
 
  private:

@@ -48,8 +48,8 @@ std::string toml_text(const toml::table& table) {
   return text.str();
 }
 
-Document::Document(const std::string& text, const std::string& path_)
-    : reader(TableReader::from_text(text, path_)), raw(toml::parse(text, path_)), path(path_) {}
+Document::Document(const std::string& text, const std::string& name)
+    : reader(TableReader::from_text(text, name)), raw(toml::parse(text, name)), path(name) {}
 
 Library::Library() {
   for (const std::string& name : embedded_names())

@@ -22,7 +22,7 @@ struct Document {
   toml::table raw;
   std::string path;  ///< of the file, or the name of a shipped one
 
-  Document(const std::string& text, const std::string& path);
+  Document(const std::string& text, const std::string& name);
 };
 
 /// What a campaign file and the files it includes define, each thing with the document it came from.

@@ -10,9 +10,9 @@
 namespace solenoid {
 
 RunResult simulate(const VariantConfig& variant, const ScenarioConfig& scenario, std::uint64_t seed,
-                   SolverWrapper* wrapper) {
+                   const SolverDecorator& decorate) {
   const std::unique_ptr<SimulatedPlant> plant = make_plant(variant, scenario, seed);
-  const auto controller = make_controller(variant, scenario.trajectory, scenario.plane, wrapper);
+  const auto controller = make_controller(variant, scenario.trajectory, scenario.plane, decorate);
   CommandLimits limits = make_limits(variant);
   const auto ticks = static_cast<std::int64_t>(std::llround(scenario.duration_s / tick_s));
   MemoryRecorder recorder(static_cast<std::size_t>(ticks));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "controllers/any_solver.hpp"
 #include "core/metrics/metrics.hpp"
 #include "core/rt/recorder.hpp"
 #include "experiments/campaign/scenario.hpp"
@@ -7,8 +8,6 @@
 #include <vector>
 
 namespace solenoid {
-
-class SolverWrapper;
 
 /// A finished run.
 struct RunResult {
@@ -18,8 +17,8 @@ struct RunResult {
 
 /// One run on a fake clock: the control loop of the rig with a simulated plant. The same variant, scenario and seed
 /// give the same result to the last bit, solver times aside. Throws ConfigError for impossible combinations.
-/// `wrapper` gets at the controller's solver.
+/// `decorate` gets the controller's solver first.
 RunResult simulate(const VariantConfig& variant, const ScenarioConfig& scenario, std::uint64_t seed,
-                   SolverWrapper* wrapper = nullptr);
+                   const SolverDecorator& decorate = {});
 
 }  // namespace solenoid

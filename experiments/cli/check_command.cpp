@@ -102,7 +102,7 @@ void add_check(CLI::App& app, int& exit_code) {
   command->add_option("--plant", options->plant.kind, "look at this plant too, outputs safe: sim, emulator or comedi")
       ->check(CLI::IsMember({"sim", "emulator", "comedi"}));
   command->add_option("--node", options->plant.address, "ADDRESS:PORT of the UDP I/O node; default 127.0.0.1:47811");
-  command->add_option("--rig", options->rig_file, "TOML of calibration, wiring and limits (docs/rig.md)");
+  command->add_option("--rig", options->rig_file, "TOML of calibration, wiring and limits (docs/reference/rig.md)");
   command->callback([options, &exit_code] { exit_code = check(*options); });
 }
 

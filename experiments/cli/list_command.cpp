@@ -1,3 +1,5 @@
+#include "controllers/catalogue.hpp"
+#include "controllers/variant_keys.hpp"
 #include "core/actuator/dynamics.hpp"
 #include "core/actuator/valves.hpp"
 #include "experiments/base/files.hpp"
@@ -74,6 +76,44 @@ Json list_valves() {
   return list;
 }
 
+Json list_solvers() {
+  Json list = Json::array();
+  for (const SolverRow& row : solver_rows())
+    list.push_back({{"name", row.name},
+                    {"real_time", row.real_time},
+                    {"joint_motor", row.chooses_continuous},
+                    {"pulses", row.pulses},
+                    {"valves", row.valves.empty() ? valve_configurations() : row.valves},
+                    {"summary", row.summary}});
+  return list;
+}
+
+Json list_laws() {
+  Json list = Json::array();
+  for (const LawRow& row : law_rows())
+    list.push_back({{"name", row.name}, {"tables", row.groups}, {"valves", row.valves}, {"summary", row.summary}});
+  return list;
+}
+
+Json list_estimators() {
+  Json list = Json::array();
+  for (const EstimatorRow& row : estimator_rows())
+    list.push_back({{"name", row.name}, {"finds_load", row.finds_load}, {"summary", row.summary}});
+  return list;
+}
+
+Json list_keys() {
+  Json list = Json::array();
+  for (const VariantKey& key : variant_keys())
+    list.push_back({{"key", key.path},
+                    {"default", key.default_text()},
+                    {"unit", key.unit},
+                    {"allowed", key.allowed_text()},
+                    {"read_by", readers_of(key)},
+                    {"meaning", key.meaning}});
+  return list;
+}
+
 Json list_trajectories() {
   const auto entry = [](const char* kind, const char* keys, const char* summary) {
     return Json{{"kind", kind}, {"keys", keys}, {"summary", summary}};
@@ -91,10 +131,10 @@ struct Section {
   const char* name;
   Json (*list)();
 };
-constexpr Section sections[] = {{"variants", list_variants},
-                                {"scenarios", list_scenarios},
-                                {"parameters", list_parameters},
-                                {"valves", list_valves},
+constexpr Section sections[] = {{"variants", list_variants},        {"scenarios", list_scenarios},
+                                {"solvers", list_solvers},          {"laws", list_laws},
+                                {"estimators", list_estimators},    {"keys", list_keys},
+                                {"parameters", list_parameters},    {"valves", list_valves},
                                 {"trajectories", list_trajectories}};
 
 std::string cell(const Json& value) {
@@ -119,7 +159,18 @@ std::string table_of(const Json& list) {
   return table.text(false);
 }
 
-std::string listing(const std::string& what, bool as_json) {
+/// The same as a table of a Markdown page.
+std::string markdown_of(const Json& list) {
+  std::string head, rule, rows;
+  for (const auto& [key, value] : list.at(0).items()) head += "| " + key + " ", rule += "|---";
+  for (const Json& object : list) {
+    for (const auto& [key, value] : object.items()) rows += "| " + cell(value) + " ";
+    rows += "|\n";
+  }
+  return head + "|\n" + rule + "|\n" + rows;
+}
+
+std::string listing(const std::string& what, const std::string& format) {
   Json all = Json::object();
   std::string text;
   for (const Section& section : sections) {
@@ -127,9 +178,9 @@ std::string listing(const std::string& what, bool as_json) {
     const Json list = section.list();
     all[section.name] = list;
     if (what.empty()) text += fmt::format("{}{}:\n", text.empty() ? "" : "\n", section.name);
-    text += table_of(list);
+    text += format == "markdown" ? markdown_of(list) : table_of(list);
   }
-  return as_json ? all.dump(1) + "\n" : text;
+  return format == "json" ? all.dump(1) + "\n" : text;
 }
 
 }  // namespace
@@ -143,9 +194,10 @@ void add_list(CLI::App& app, int& exit_code) {
   std::vector<std::string> names;
   for (const Section& section : sections) names.emplace_back(section.name);
   command->add_option("what", options->what, "one kind of thing; default: all")->check(CLI::IsMember(names));
-  command->add_option("--format", options->format, "table or json")->check(CLI::IsMember({"table", "json"}));
+  command->add_option("--format", options->format, "table, json or markdown")
+      ->check(CLI::IsMember({"table", "json", "markdown"}));
   command->callback([options, &exit_code] {
-    write_standard_output(listing(options->what, options->format == "json"));
+    write_standard_output(listing(options->what, options->format));
     exit_code = success;
   });
 }

@@ -1,3 +1,4 @@
+#include "controllers/catalogue.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/interrupt.hpp"
@@ -137,6 +138,7 @@ int run(const Options& chosen) {
   options.session.rates = options.plant.rig.rates;
   if (lowering_s > 0) options.session.ladder.lowering_s = lowering_s;
   const Campaign campaign = campaign_of(options);
+  require_real_time(campaign.variants.front());
   const std::string folder = options.out.empty() ? "results/run-" + compact_timestamp() : options.out;
   const InterruptGuard guard;
   std::optional<LiveServer> server;
@@ -183,7 +185,7 @@ int run(const Options& chosen) {
 void add_plant_options(CLI::App& command, Options& o) {
   command.add_option("--plant", o.plant.kind, "sim (the twin in this process), emulator (UDP I/O node) or comedi")
       ->check(CLI::IsMember({"sim", "emulator", "comedi"}));
-  command.add_option("--rig", o.rig_file, "TOML of calibration, wiring and limits (docs/rig.md)");
+  command.add_option("--rig", o.rig_file, "TOML of calibration, wiring and limits (docs/reference/rig.md)");
   command.add_option("--node", o.plant.address, "ADDRESS:PORT of the UDP I/O node; default 127.0.0.1:47811");
   command.add_option("--fault", o.faults, "provoke a fault, repeatable: " + fault_help());
 }

@@ -30,7 +30,7 @@ void size(const SizeCommand& command) {
 void add_size(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<SizeCommand>();
   CLI::App* command = app.add_subcommand("size", "from a task to bore, motor and gear, by chapter 3 and appendix A");
-  command->add_option("task", options->task, "a task's TOML file (docs/sizing.md); default: the thesis's");
+  command->add_option("task", options->task, "a task's TOML file (docs/how-to/sizing.md); default: the thesis's");
   command->add_option("--set", options->settings, "a key of the task, repeatable: --set arm.payload_kg=1.5");
   command->add_option("--format", options->format, "text, csv or json")->check(CLI::IsMember({"text", "csv", "json"}));
   command->add_option("--svg", options->svg, "write the torque curve, figure 3-3, to this SVG file");

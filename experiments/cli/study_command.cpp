@@ -69,7 +69,8 @@ void add_identification(CLI::App& study, int& exit_code) {
       "identification", "identified values against the truth of a twin that has the model's equations, seed by seed");
   command->add_option("--seeds", options->settings.seeds, "so many, counting up from 1; default 100")
       ->check(CLI::Range(1, 100000));
-  command->add_option("--twin", options->twin_file, "TOML of another twin (docs/twin.md); default: the study's own");
+  command->add_option("--twin", options->twin_file,
+                      "TOML of another twin (docs/reference/twin.md); default: the study's own");
   options->settings.jobs = 0;
   command->add_option("--jobs", options->settings.jobs, "worker processes; default: one a core")
       ->check(CLI::Range(1, 1024));
@@ -107,7 +108,7 @@ void add_sweep(CLI::App& study, int& exit_code, const std::string& name, const s
   auto options = std::make_shared<SweepCommand>();
   options->file = "studies/" + name + ".toml";  // the shipped one; no folder of results has its name
   CLI::App* command = study.add_subcommand(name, help);
-  if (name == "sweep") command->add_option("file", options->file, "a study (docs/studies.md)")->required();
+  if (name == "sweep") command->add_option("file", options->file, "a study (docs/how-to/studies.md)")->required();
   command->add_option("--out", options->run.out, "results folder; one that is there already is resumed")
       ->check([](const std::string& text) { return text.empty() ? "empty (allowed: a folder)" : std::string(); });
   command->add_option("--jobs", options->run.jobs, "worker processes; default: one a core")->check(CLI::Range(1, 1024));

@@ -10,7 +10,7 @@
 
 namespace solenoid {
 
-/// Sensor noise of the simple plant: white, before the controller's filter (model.md, section 7).
+/// Sensor noise of the simple plant: white, before the controller's filter (model.md, section 6).
 struct SensorNoise {
   double position_sigma_m = 0.03e-3;
   double pressure_sigma_pa = 300.0;

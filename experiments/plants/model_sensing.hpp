@@ -8,7 +8,7 @@
 
 namespace solenoid {
 
-/// The rig's sensors (model.md, section 4): an unfiltered potentiometer; pressures with noise and spikes before the
+/// The rig's sensors (model.md, section 6): an unfiltered potentiometer; pressures with noise and spikes before the
 /// eighth-order Bessel filter, a little noise after it; both through a converter.
 struct ModelSensingSettings {
   double position_sigma_m = 0.03e-3;

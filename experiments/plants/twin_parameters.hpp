@@ -9,7 +9,7 @@ namespace solenoid {
 class TableReader;
 
 /// Valve travel: a commanded edge of a coil waits for its dead time, then the opening ramps over its travel. The dead
-/// time is the coil's delay (model.md, 4 ms and 1 ms) less half the travel, so that the valve is half open at the
+/// time is the coil's delay (model.md, eq. 12) less half the travel, so that the valve is half open at the
 /// delay the thesis measured. Each edge's dead time is shifted by a normal deviate, cut at twice its sigma and at zero.
 struct ValveTravel {
   double rise_s = 0.0;          ///< opening time when energised; 0: at once
@@ -67,7 +67,7 @@ struct GearEffects {
   double rotor_inertia = 1.38e-5;  ///< [kg m2], RE40: 138 g cm2
 };
 
-/// Sensing chain (model.md, section 4). Noise and spikes act before the filters, quantisation after.
+/// Sensing chain (model.md, section 6). Noise and spikes act before the filters, quantisation after.
 struct SensingEffects {
   double position_sigma_m = 0.02e-3;
   double position_low_m = -0.01, position_high_m = 0.11;  ///< what -5 V and +5 V stand for

@@ -34,7 +34,7 @@ enum class Motion {
 };
 
 /// Right-hand side of the twin, dx/dt = rates(x, openings, motor command, motion). Geometry, gravity, forces and the
-/// model's flow law are the controller's own (core/actuator); the rest is docs/twin.md.
+/// model's flow law are the controller's own (core/actuator); the rest is docs/reference/twin.md.
 class TwinPhysics {
  public:
   explicit TwinPhysics(const TwinParameters& parameters);

@@ -14,9 +14,9 @@ struct TwinCase {
 };
 TwinParameters twin_for(TwinParameters parameters, const TwinCase& task);
 
-/// The truth plant: continuous time, commands through travelling valves, sensors through their chain (docs/twin.md).
-/// Starts at rest at `start_m`, both chambers at atmospheric pressure, coils off. The same seed gives the same run to
-/// the last bit; noise does not change the valves' jitter.
+/// The truth plant: continuous time, commands through travelling valves, sensors through their chain
+/// (docs/reference/twin.md). Starts at rest at `start_m`, both chambers at atmospheric pressure, coils off. The same
+/// seed gives the same run to the last bit; noise does not change the valves' jitter.
 class TwinPlant final : public SimulatedPlant {
  public:
   struct Sensing {

@@ -9,7 +9,7 @@
 
 namespace solenoid {
 
-/// From the plant's state to the converter's numbers (model.md, section 4).
+/// From the plant's state to the converter's numbers (model.md, section 6).
 ///
 /// pressures   truth + white noise + spikes, each 0.1 ms -> Bessel filter -> 13-bit converter at the tick
 /// position    truth + white noise -> 13-bit converter at the tick (the controller's program filters it)

@@ -13,19 +13,11 @@ constexpr const char* simulated_cycloidal = "table_6-1_sim_vertical_cycloidal";
 constexpr const char* simulated_sine = "table_6-2_sim_vertical_sine";
 constexpr const char* measured = "tables_7-1_to_7-9_experiments";
 
-/// The thesis's law by its motor, in the tables' words; empty for another law.
+/// The thesis's law by its motor, in the tables' words; empty for another controller.
 std::string motor_of_law(const VariantConfig& v) {
-  static const VariantConfig thesis = shipped_variant("thesis_cylinder");
-  const bool same_search = v.valves == thesis.valves && v.solver == thesis.solver && v.steps == thesis.steps &&
-                           v.blocks == thesis.blocks && v.latency_ticks == 0 && !v.deadline_ms;
-  const bool same_cost = v.position_weight == 1.0 && v.velocity_weight == 0.0 && v.switching_weight == 0.0 &&
-                         v.air_weight == 0.0 && v.terminal_position_weight == 0.0 && v.terminal_velocity_weight == 0.0;
-  const bool same_integral = v.integral.gain == thesis.integral.gain &&
-                             v.integral.forgetting == thesis.integral.forgetting &&
-                             v.integral.limit_m == thesis.integral.limit_m;
-  const bool same_motor = v.motor_gains.proportional == thesis.motor_gains.proportional &&
-                          v.motor_gains.derivative == thesis.motor_gains.derivative;
-  if (!same_search || !same_cost || !same_integral || !same_motor || v.estimator != thesis.estimator) return {};
+  VariantConfig thesis = shipped_variant("thesis_cylinder");
+  thesis.motor = v.motor;
+  if (!same_controller(v, thesis)) return {};
   if (v.motor == "none" || v.motor == "pd") return v.motor;
   return v.motor == "inverse_dynamics" ? "id" : "";
 }

@@ -17,7 +17,7 @@ struct ThesisCell {
 
 /// The cell of a run of the thesis's own law, whatever its name, on one of the thesis's motions with its payload and
 /// plane: of chapter 6 for a plant "model", of chapter 7 for the twin, neither with a mismatch. The parameters may be
-/// any set; the thesis's contradict themselves (docs/reproduction.md).
+/// any set; the thesis's contradict themselves (docs/results/reproduction.md).
 std::optional<ThesisCell> thesis_cell(const VariantConfig& variant, const ScenarioConfig& scenario);
 
 }  // namespace solenoid

@@ -7,6 +7,7 @@
 #include "core/rt/deferred_solver.hpp"
 #include "experiments/base/text_table.hpp"
 #include "experiments/campaign/campaign.hpp"
+#include "experiments/rig/background.hpp"
 #include "experiments/rig/faulty_plant.hpp"
 #include "experiments/rig/make_ladder.hpp"
 
@@ -52,6 +53,10 @@ class LateSolver final : public DeferredSolver<M> {
   Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
     return solver_->solve(problem, plan, deadline);
   }
+  bool anticipates() const override { return solver_->anticipates(); }
+  void anticipate(const Problem<M>& expected, const Plan<M>& warm_start) noexcept override {
+    if (!busy_) solver_->anticipate(expected, warm_start);
+  }
 
  private:
   void begin_if_free() noexcept {
@@ -79,23 +84,6 @@ class LateSolver final : public DeferredSolver<M> {
   std::int64_t waiting_ticket_ = -1, tick_ = 0, done_at_ = 0;
   bool busy_ = false;
   Finished working_, given_;
-};
-
-class LateWrapper final : public SolverWrapper {
- public:
-  explicit LateWrapper(const std::vector<InjectedFault>& faults) {
-    for (const InjectedFault& f : faults)
-      if (f.target == "solver") faults_.push_back(f);
-  }
-  std::unique_ptr<Solver<PneumaticActuator>> wrap(std::unique_ptr<Solver<PneumaticActuator>> s) override {
-    return std::make_unique<LateSolver<PneumaticActuator>>(std::move(s), faults_);
-  }
-  std::unique_ptr<Solver<PrestabilisedActuator>> wrap(std::unique_ptr<Solver<PrestabilisedActuator>> s) override {
-    return std::make_unique<LateSolver<PrestabilisedActuator>>(std::move(s), faults_);
-  }
-
- private:
-  std::vector<InjectedFault> faults_;
 };
 
 /// Follows a run tick by tick and notes what the fault led to.
@@ -139,10 +127,13 @@ FaultOutcome simulate_fault(const std::string& name, const std::string& fault, b
   const VariantConfig& variant = campaign.variants.front();
   const ScenarioConfig& scenario = campaign.scenarios.front();
   FaultyPlant plant(make_plant(variant, scenario, 1), faults, variant.valves, 1);
-  LateWrapper wrapper(faults);
+  const SolverDecorator late =
+      decorator([own = faults_of_solver(faults)]<HybridModel M>(SolverPtr<M> solver) -> SolverPtr<M> {
+        return std::make_unique<LateSolver<M>>(std::move(solver), own);
+      });
   std::unique_ptr<FallbackLadder> ladder;
   try {
-    ladder = make_ladder(variant, scenario.trajectory, scenario.plane, {}, &wrapper);
+    ladder = make_ladder(variant, scenario.trajectory, scenario.plane, {}, late);
   } catch (const std::exception& error) {
     out.note = fmt::format("refused before the first command: {}", error.what());
     return out;

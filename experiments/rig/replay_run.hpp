@@ -39,8 +39,8 @@ Campaign recorded_campaign(const RecordedRun& run, std::vector<std::string> vari
 ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task);
 
 /// Through any variant under the same limits, each solve done in its tick: what it would have done, and how long it
-/// takes. It is told what was applied then. `wrapper` gets at its solver.
+/// takes. It is told what was applied then. `decorate` gets its solver first.
 ReplayResult replay_other(const RecordedRun& run, const RecordedTask& task, const VariantConfig& variant,
-                          SolverWrapper* wrapper = nullptr);
+                          const SolverDecorator& decorate = {});
 
 }  // namespace solenoid

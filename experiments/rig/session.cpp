@@ -200,6 +200,7 @@ bool SessionResult::clean() const {
 
 SessionResult run_session(Plant& plant, const VariantConfig& chosen, const ScenarioConfig& scenario,
                           const SessionSettings& settings, const SessionWatch& watch) {
+  require_real_time(chosen);
   SessionResult result;
   VariantConfig variant = chosen;
   variant.latency_ticks = settings.policy == PlanPolicy::next_slot ? ticks_per_period : 0;
@@ -208,8 +209,8 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
   solver.period_s = period_s;
   solver.priority = settings.solver_priority;
   solver.core = settings.solver_core;
-  BackgroundWrapper wrapper(solver, settings.faults);
-  const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, settings.ladder, &wrapper);
+  const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, settings.ladder,
+                                  in_background(solver, settings.faults));
   CommandLimits limits = make_limits(variant);
   limits.set_rates(settings.rates);
   Statistics statistics(settings.duration_s);

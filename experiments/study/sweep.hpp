@@ -62,7 +62,7 @@ struct StudyPanel {
   std::string table, x, y, log;  ///< log: "", "x", "y" or "xy"
 };
 
-/// A study as data: a campaign file with a table [study] (docs/studies.md).
+/// A study as data: a campaign file with a table [study] (docs/how-to/studies.md).
 struct Study {
   std::string name, title;
   Sweep sweep;

@@ -136,7 +136,7 @@ Study read_study(const std::string& path) {
   Library library;
   library.load(path);
   TableReader& root = library.root().reader;
-  if (!root.has("study")) root.fail("study", "missing (allowed: a table [study], docs/studies.md)");
+  if (!root.has("study")) root.fail("study", "missing (allowed: a table [study], docs/how-to/studies.md)");
   TableReader reader = root.table("study");
   Study study;
   study.name = base.name;

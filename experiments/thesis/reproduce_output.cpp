@@ -80,7 +80,7 @@ std::string block_text(std::span<const Cell> cells) {
 std::string parameters_in_words(const std::string& name) {
   if (const auto plus = name.find("+integral_per_period"); plus != std::string::npos)
     return parameters_in_words(name.substr(0, plus)) + "; the integral summed once a period of 5 ms";
-  if (name == "twin") return "the nominal truth plant (docs/twin.md) behind the whole sensing chain";
+  if (name == "twin") return "the nominal truth plant (docs/reference/twin.md) behind the whole sensing chain";
   const bool printed = name.starts_with("printed"), inferred = name.find("inferred") != std::string::npos;
   const bool rod = name.find("no_rod_atmosphere") == std::string::npos;
   return fmt::format("choked flow {} (E2), {} (E8), {} atmosphere on the rod's area (E9)",

@@ -1,5 +1,6 @@
 #include "experiments/tune/tune.hpp"
 
+#include "controllers/variant_keys.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/interrupt.hpp"
@@ -46,25 +47,6 @@ double effort_excess(const Score& s, const EffortLimits& limits) {
   return effort_weight * (excess(s.switches_per_s, limits.switches_per_s) + excess(s.air_g, limits.air_g));
 }
 
-/// What a variant has that does not say.
-std::optional<double> default_of(const std::string& key) {
-  const VariantConfig v;
-  const std::map<std::string, double> defaults = {{"horizon.steps", v.steps},
-                                                  {"cost.position", v.position_weight},
-                                                  {"cost.velocity", v.velocity_weight},
-                                                  {"cost.switching", v.switching_weight},
-                                                  {"cost.air", v.air_weight},
-                                                  {"cost.terminal_position", v.terminal_position_weight},
-                                                  {"cost.terminal_velocity", v.terminal_velocity_weight},
-                                                  {"cost.motor", v.motor_weight},
-                                                  {"integral.gain", v.integral.gain},
-                                                  {"integral.forgetting", v.integral.forgetting},
-                                                  {"motor_gains.proportional", v.motor_gains.proportional},
-                                                  {"motor_gains.derivative", v.motor_gains.derivative}};
-  const auto found = defaults.find(key);
-  return found == defaults.end() ? std::nullopt : std::optional(found->second);
-}
-
 /// Means over the runs that ended well.
 void judge_steps(std::span<const RunRecord> records, Score& s) {
   for (const RunRecord& r : records) {
@@ -95,7 +77,7 @@ class Candidates {
     std::vector<double> values;
     for (const FreeParameter& p : settings_.free) {
       auto said = number_at(*draft_.document()["variant"][settings_.variant].as_table(), p.key);
-      if (!said) said = default_of(p.key);
+      if (!said) said = default_number(p.key);
       values.push_back(p.at(said ? p.point(*said) : 0.5));
     }
     return values;

@@ -49,8 +49,8 @@ struct LaneInputs {
 };
 
 /// What to roll: `length` steps from step `first` of the horizon. The roll may stop early once every lane's cost is
-/// above `cutoff`; its costs are then lower bounds above cutoff and its states are of no use. shapes   planned: the
-/// plan's continuous inputs, one a step of the horizon
+/// above `cutoff`; its costs are then lower bounds above cutoff and its states are of no use.
+/// shapes   planned: the plan's continuous inputs, one a step of the horizon
 template <HybridModel M>
 struct RollSpan {
   const ContinuousOf<M>* planned = nullptr;

@@ -89,7 +89,8 @@ int main() {
                   std::string(to_string(report.status)).c_str(), report.cost, one.best_known_cost,
                   report.cost / one.best_known_cost - 1.0, static_cast<int>(report.nodes));
     // The next period's iteration: from the converged plan one stage on.
-    shift_relaxed_plan(grid, 1, plan);
+    std::copy(plan.weights.begin() + static_cast<std::ptrdiff_t>(plan.modes), plan.weights.end(), plan.weights.begin());
+    std::copy(plan.continuous.begin() + 1, plan.continuous.end(), plan.continuous.begin());
     follow.push_back(real_time_iteration(*sqp, one.problem, plan));
   }
   std::printf("%zu recorded relaxed programs, N = 20\n", all.size());

@@ -129,15 +129,17 @@ TEST(Forecast, IsThePlantItselfWhenModelAndInputsAgree) {
   ActuatorState plant = {0.05, 0.1, 1.5e5, 1.4e5};
   const ActuatorState start = plant;
   SwitchLines moving = lines;
+  const auto commanded = [](int j) -> SwitchPattern { return j < 2 ? 3 : 1; };  // a plan that goes on meanwhile
   for (int j = 0; j < 7; ++j) {
+    lines.command(commanded(j), timing);
     Vector<double, 4> opening;
-    std::ranges::copy(modes.point(lines.effective(j)), opening.begin());
+    std::ranges::copy(modes.point(lines.effective()), opening.begin());
     plant = model.step<double>(plant, opening, {0.5 * j}, tick_s);
+    lines.advance(1);
   }
-  const auto ahead = forecast(model, modes, start, moving, 7, tick_s,
+  const auto ahead = forecast(model, modes, timing, start, moving, 7, tick_s, commanded,
                               [](int j, const ActuatorState&) { return Vector<double, 1>{0.5 * j}; });
   EXPECT_EQ(ahead, plant);
-  lines.advance(7);
   EXPECT_TRUE(moving == lines);
 }
 
@@ -223,7 +225,7 @@ TEST(MovingHorizon, FurtherIterationsFindNothingBetter) {
 }
 
 TEST(Estimator, RefusesAnUnknownName) {
-  EXPECT_THROW(Estimator("luenberger", PneumaticActuator(), EstimatorTuning()), std::invalid_argument);
+  EXPECT_THROW(make_estimator("luenberger", PneumaticActuator(), EstimatorTuning()), std::invalid_argument);
 }
 
 }  // namespace

@@ -88,7 +88,7 @@ TEST(IdentifyCommand, ItsParametersMakeTheBestVariantOfAMismatchedTwinBetter) {
                               "' --variant nine_robust,nine_robust_calm --model found/parameters.toml --out after "
                               "--format csv");
   ASSERT_EQ(after.exit_code, 0) << after.err;
-  EXPECT_GT(best_rmse_mm(before.out) / best_rmse_mm(after.out), 1.25);  // docs/identification.md: 1.44
+  EXPECT_GT(best_rmse_mm(before.out) / best_rmse_mm(after.out), 1.25);  // docs/how-to/identification.md: 1.44
   // The results folder is whole without the file: it was carried along.
   EXPECT_THAT(test::text_of(folder / "after/resolved.toml"), HasSubstr("inputs/parameters-"));
 }

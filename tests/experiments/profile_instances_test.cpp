@@ -94,16 +94,12 @@ TEST(ProfileInstances, RecordingIsRepeatableToTheLastBit) {
 TEST(ProfileInstances, AnInstanceIsWhatTheClosedLoopPosed) {
   const test::Folder folder;
   const Campaign campaign = small_campaign(folder);
-  struct All final : SolverWrapper {
-    std::unique_ptr<Solver<PneumaticActuator>> wrap(std::unique_ptr<Solver<PneumaticActuator>> s) override {
-      return std::make_unique<RecordingSolver<PneumaticActuator>>(std::move(s), posed, 1000);
-    }
-    std::unique_ptr<Solver<PrestabilisedActuator>> wrap(std::unique_ptr<Solver<PrestabilisedActuator>> s) override {
-      return s;
-    }
-    std::vector<PosedInstance<PneumaticActuator>> posed;
-  } all;
-  const RunResult run = simulate(campaign.variants[0], campaign.scenarios[0], 1, &all);
+  std::vector<PosedInstance<PneumaticActuator>> all;
+  const SolverDecorator keep_all = [&](AnySolver solver) -> AnySolver {
+    return std::make_unique<RecordingSolver<PneumaticActuator>>(
+        std::get<SolverPtr<PneumaticActuator>>(std::move(solver)), all, 1000);
+  };
+  const RunResult run = simulate(campaign.variants[0], campaign.scenarios[0], 1, keep_all);
   std::vector<const TickRecord*> solved;
   for (const TickRecord& t : run.ticks)
     if (t.decision.solved) solved.push_back(&t);
@@ -112,7 +108,7 @@ TEST(ProfileInstances, AnInstanceIsWhatTheClosedLoopPosed) {
   int followed = 0;
   for (std::size_t i = 0; i < variant.records.size() && variant.records[i].situation == 0; ++i) {
     const InstanceRecord& record = variant.records[i];
-    const auto& posed = all.posed.at(i * every);
+    const auto& posed = all.at(i * every);
     EXPECT_TRUE(record.reference.empty()) << "no window of the motion";
     EXPECT_NEAR(record.offset_m, solved.at(i * every)->decision.offset_m, 1e-12);
     EXPECT_EQ(record.initial, posed.initial);

@@ -73,7 +73,7 @@ TEST(TuneScore, OfStepsIsTheDistanceToNoOvershootAndNoErrorInUnitsOfTable52) {
   EXPECT_NEAR(s.objective, std::log(0.5), 1e-12);  // |(0.3, 0.4)|
 }
 
-/// The horizon of the thesis's law with a good estimator: shorter is better (docs/robustness.md).
+/// The horizon of the thesis's law with a good estimator: shorter is better (docs/results/robustness.md).
 std::string campaign_in(const Folder& folder) {
   return folder.write("c.toml", R"(
 variants = ["thesis_pd_ekf"]

@@ -12,7 +12,7 @@ class EstimatorAllocations : public testing::TestWithParam<const char*> {};
 TEST_P(EstimatorAllocations, UpdateAllocatesNothing) {
   ASSERT_TRUE(AllocationGuard::available());
   DrawnWorld world(moderate_tuning(), 1);
-  Estimator estimator(GetParam(), PneumaticActuator(), estimator_tuning(GetParam()));
+  Estimator estimator = make_estimator(GetParam(), PneumaticActuator(), estimator_row(GetParam()).tuning);
   std::int64_t allocations = 0;
   for (int k = 0; k < 500; ++k) {
     Sensors s = world.sensors();

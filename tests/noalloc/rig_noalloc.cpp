@@ -31,8 +31,8 @@ TEST(HotPath, TheLadderAllocatesNothingOnAnyRung) {
   LadderSettings settings;
   settings.dmpc_slots = settings.motor_slots = 4;
   // Plans that are not numbers from 0.1 s to 0.4 s: shifted, dmpc, motor, safe.
-  BackgroundWrapper wrapper(SolverThreadSettings{}, parse_faults({"solver:nan@0.1+0.3"}));
-  const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, settings, &wrapper);
+  const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, settings,
+                                  in_background({}, parse_faults({"solver:nan@0.1+0.3"})));
   FaultyPlant plant(make_plant(variant, scenario, 1), {}, variant.valves, 1);
   CommandLimits limits = make_limits(variant);
   RingRecorder recorder;

@@ -68,6 +68,8 @@ constexpr std::array fields = {
     SOLENOID_FIELD("solve_bound", "proven", decision.report.bound, false),
     SOLENOID_FIELD("solve_nodes", "blocks rolled out, or iterations", decision.report.nodes, true),
     SOLENOID_FIELD("solve_us", "time of the solve", decision.report.time_us, false),
+    SOLENOID_FIELD("anticipated", "1: the solve began from a linearisation made before the measurement",
+                   decision.report.anticipated, true),
     SOLENOID_FIELD("late_us", "from due to begun", timing.late_us, false),
     SOLENOID_FIELD("read_us", "reading the plant", timing.read_us, false),
     SOLENOID_FIELD("control_us", "controller and limits", timing.control_us, false),
