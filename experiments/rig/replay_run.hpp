@@ -12,6 +12,8 @@
 
 namespace solenoid {
 
+class SolverWrapper;
+
 /// A recorded measurement stream through a controller.
 struct ReplayResult {
   std::int64_t ticks = 0;
