@@ -42,7 +42,7 @@ SolverPtr<M> pulses(std::unique_ptr<RelaxedSolver<M>> relaxed) {
 }
 
 /// Every valve closed after the first block: a mode that not every configuration has.
-void check_extended_cost(const TableReader& table, const VariantConfig& v) {
+void check_extended_cost(TableReader& table, const VariantConfig& v) {
   if (v.horizon.blocks.size() > 1 && v.valves == "three_way")
     table.fail("valves",
                "extended_cost with more than one block closes every valve after the first (allowed: two_way, "
@@ -50,7 +50,7 @@ void check_extended_cost(const TableReader& table, const VariantConfig& v) {
 }
 
 /// Each interval of the relaxation is as long as the longest delay, and its pulses are tried one by one.
-void check_pulses(const TableReader& table, const VariantConfig& v) {
+void check_pulses(TableReader& table, const VariantConfig& v) {
   const double longest_s = std::max(v.believed.energise_delay_s, v.believed.deenergise_delay_s);
   if (longest_s > (PulseWidth::longest_interval + 0.5) * tick_s)
     table.fail("solver", fmt::format("'{}' cuts pulses in intervals as long as the longest valve delay, here {:g} ms "

@@ -50,8 +50,7 @@ struct SolverRow {
   std::vector<std::string> valves{};  ///< that it works with; empty: all
   ForEitherModel<SolverPtr> make;
   /// Throws by table.fail() what a combination of keys cannot be.
-  void (*check)(const TableReader& table, const VariantConfig& variant) = [](const TableReader&, const VariantConfig&) {
-  };
+  void (*check)(TableReader& table, const VariantConfig& variant) = [](TableReader&, const VariantConfig&) {};
 };
 
 /// A law that chooses the valves from the present state alone.
@@ -59,8 +58,7 @@ struct LawRow {
   std::string name, summary;
   std::vector<std::string> groups, valves;
   std::unique_ptr<Controller> (*make)(const VariantConfig& variant, const Trajectory& reference, Plane plane);
-  void (*check)(const TableReader& table, const VariantConfig& variant) = [](const TableReader&, const VariantConfig&) {
-  };
+  void (*check)(TableReader& table, const VariantConfig& variant) = [](TableReader&, const VariantConfig&) {};
 };
 
 struct EstimatorRow {

@@ -18,19 +18,19 @@ std::unique_ptr<Controller> make_law(const VariantConfig& v, const Trajectory& r
                     LawController<Law>(model, Law(settings..., valve_modes(v.valves, model.parameters()))));
 }
 
-void check_motor(const TableReader& table, const VariantConfig& v) {
+void check_motor(TableReader& table, const VariantConfig& v) {
   if (v.motor == "in_prediction" || v.motor == "joint")
     table.fail("motor", fmt::format("'{}' needs a solver, and '{}' is a law (allowed: none, pd, inverse_dynamics)",
                                     v.motor, v.solver));
 }
 
-void check_switching_hybrid(const TableReader& table, const VariantConfig& v) {
+void check_switching_hybrid(TableReader& table, const VariantConfig& v) {
   check_motor(table, v);
   if (v.motor == "none")
     table.fail("motor", "switching_hybrid leaves small errors to the motor (allowed: pd, inverse_dynamics)");
   if (v.phases.fine_below_m > v.phases.coarse_above_m)
-    table.fail("phases", fmt::format("fine_below_m, {:g} m, is above coarse_above_m (allowed: 0 to {:g})",
-                                     v.phases.fine_below_m, v.phases.coarse_above_m));
+    table.table("phases").fail("fine_below_m", fmt::format("{:g} m is above coarse_above_m (allowed: 0 to {:g})",
+                                                           v.phases.fine_below_m, v.phases.coarse_above_m));
   if (v.phases.exhaust && v.valves != "two_way")
     table.fail("valves", fmt::format("'{}' cannot exhaust both chambers at rest (allowed: two_way)", v.valves));
 }

@@ -164,7 +164,11 @@ std::string markdown_of(const Json& list) {
   std::string head, rule, rows;
   for (const auto& [key, value] : list.at(0).items()) head += "| " + key + " ", rule += "|---";
   for (const Json& object : list) {
-    for (const auto& [key, value] : object.items()) rows += "| " + cell(value) + " ";
+    bool first = true;  // the name of the thing, as code
+    for (const auto& [key, value] : object.items()) {
+      rows += first ? fmt::format("| `{}` ", cell(value)) : fmt::format("| {} ", cell(value));
+      first = false;
+    }
     rows += "|\n";
   }
   return head + "|\n" + rule + "|\n" + rows;

@@ -40,13 +40,23 @@ TEST(List, VariantsAsJson) {
 TEST(List, EverySectionAsTableAndJson) {
   Folder folder;
   const json all = json::parse(run_program(folder, "list --format json").out);
-  for (const char* section : {"variants", "scenarios", "parameters", "valves", "trajectories"}) {
+  for (const char* section : {"variants", "scenarios", "solvers", "laws", "estimators", "keys", "parameters", "valves", "trajectories"}) {
     EXPECT_FALSE(all.at(section).empty()) << section;
     const ProgramRun table = run_program(folder, std::string("list ") + section);
     EXPECT_EQ(table.exit_code, 0);
     EXPECT_GT(split(table.out, '\n').size(), all.at(section).size()) << "a heading and a line each";
   }
   EXPECT_EQ(all.at("valves")[1].at("modes"), 9);
+}
+
+TEST(List, TheDocumentationsTablesAreWhatIsListed) {
+  Folder folder;
+  const std::string page = text_of(SOLENOID_SOURCE_DIR "/docs/reference/configuration.md");
+  for (const char* section : {"keys", "solvers", "laws", "estimators"}) {
+    const ProgramRun listed = run_program(folder, std::string("list --format markdown ") + section);
+    EXPECT_EQ(listed.exit_code, 0);
+    EXPECT_THAT(page, HasSubstr(listed.out)) << "docs/reference/configuration.md: ./solenoid list " << section;
+  }
 }
 
 TEST(Check, ModelAgreesWithTheThesis) {
