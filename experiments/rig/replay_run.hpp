@@ -12,8 +12,6 @@
 
 namespace solenoid {
 
-class SolverWrapper;
-
 /// A recorded measurement stream through a controller.
 struct ReplayResult {
   std::int64_t ticks = 0;
