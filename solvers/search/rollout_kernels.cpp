@@ -6,7 +6,7 @@ namespace solenoid {
 
 template <HybridModel M>
 requires compiled_kernels<M> std::vector<RolloutKernel<M>> runnable_kernels() {
-  const kernels::Of<M> model;
+  const kernels::Of<M> model{};
   std::vector<RolloutKernel<M>> all = {kernels::baseline(model)};
   if (__builtin_cpu_supports("avx2")) all.push_back(kernels::avx2(model));
   if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
@@ -21,9 +21,9 @@ const RolloutKernel<M>& compiled_kernel() {
   return kernel;
 }
 
-template std::vector<RolloutKernel<PneumaticActuator>> runnable_kernels();
-template std::vector<RolloutKernel<PrestabilisedActuator>> runnable_kernels();
-template const RolloutKernel<PneumaticActuator>& compiled_kernel();
-template const RolloutKernel<PrestabilisedActuator>& compiled_kernel();
+template std::vector<RolloutKernel<PneumaticActuator>> runnable_kernels<PneumaticActuator>();
+template std::vector<RolloutKernel<PrestabilisedActuator>> runnable_kernels<PrestabilisedActuator>();
+template const RolloutKernel<PneumaticActuator>& compiled_kernel<PneumaticActuator>();
+template const RolloutKernel<PrestabilisedActuator>& compiled_kernel<PrestabilisedActuator>();
 
 }  // namespace solenoid
