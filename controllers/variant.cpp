@@ -7,7 +7,6 @@
 #include "core/config/reader.hpp"
 
 #include <algorithm>
-#include <filesystem>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -25,7 +24,8 @@ void read_model(TableReader& table, VariantConfig& v) {
   }
   v.model = table.text_or("model", v.model);
   if (v.model.ends_with(".toml")) {
-    v.believed = read_parameters_file((std::filesystem::path(table.folder()) / v.model).string());
+    TableReader parameters = table.file_table("model");
+    v.believed = read_parameters(parameters);
     return;
   }
   try {

@@ -11,6 +11,8 @@
 
 namespace solenoid {
 
+class Document;
+
 /// This error says why a configuration cannot be used: one line with file, line, key and what is allowed.
 class ConfigError : public std::runtime_error {
  public:
@@ -31,10 +33,19 @@ struct Range {
   std::string text() const;
 };
 
+/// A file that a document names.
+struct LinkedFile {
+  std::string path;
+  std::optional<std::string> text;  ///< none: cannot be read
+};
+
 /// Reads one table of a TOML document key by key: every getter checks type and range, and finish() refuses the keys
-/// that nobody asked for. All errors are ConfigErrors of the form `file:line: key 'a.b': problem (allowed: ...)`.
+/// that nobody asked for. All errors are ConfigErrors of the form `file:line: key 'a.b': problem (allowed: ...)`, with
+/// who set the key in place of file and line if it was set in memory.
 class TableReader {
  public:
+  explicit TableReader(Document document);
+  explicit TableReader(std::shared_ptr<const Document> document);
   /// Reads a file. Throws ConfigError if it cannot be read or is not TOML.
   static TableReader from_file(const std::string& path);
   static TableReader from_text(const std::string& text, const std::string& name);
@@ -60,17 +71,17 @@ class TableReader {
   std::vector<std::string> texts(const std::string& key);
   TableReader table(const std::string& key);
   std::vector<TableReader> tables(const std::string& key);  ///< an array of tables ([[key]]); empty if absent
+  LinkedFile file(const std::string& key);                  ///< that this text names
+  TableReader file_table(const std::string& key);           ///< of the TOML file that this text names
 
   /// Refuses keys that no getter was asked for.
   void finish();
 
   /// Throws the ConfigError of this key.
   [[noreturn]] void fail(const std::string& key, const std::string& problem) const;
-  /// Returns `file:line` of the key, or of the table.
+  /// Returns `file:line` of the key, or of the table; whoever set it, if it was set in memory.
   std::string where(const std::string& key = "") const;
-  const std::string& file() const;
-  /// Returns the folder from which relative paths in this document start.
-  std::string folder() const;
+  const Document& document() const;
 
  private:
   struct Node;

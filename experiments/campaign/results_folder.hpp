@@ -7,12 +7,16 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace spdlog {
 class logger;
 }
 
 namespace solenoid {
+
+/// Writes the files that a campaign carries, below a folder. Throws OutputError.
+void write_inputs(const std::vector<InputFile>& inputs, const std::string& folder);
 
 /// The folder of a campaign's results, this process's alone while the object lives:
 ///

@@ -8,7 +8,6 @@
 #include "solvers/rounding/projected_gradient.hpp"
 #include "solvers/rounding/relax_and_round.hpp"
 #include "solvers/search/branch_and_bound.hpp"
-#include "solvers/search/rollout_kernels.hpp"
 
 #include <cmath>
 

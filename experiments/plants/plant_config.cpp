@@ -2,8 +2,6 @@
 
 #include "core/config/reader.hpp"
 
-#include <filesystem>
-
 namespace solenoid {
 
 PlantConfig read_plant_config(TableReader& table) {
@@ -12,8 +10,10 @@ PlantConfig read_plant_config(TableReader& table) {
                                                                                          : Plane::horizontal;
   p.payload_kg = table.number_or("payload_kg", 0.0, Range::between(0.0, 10.0));
   p.plant = table.text_or("plant", p.plant, {"model", "twin"});
-  if (p.plant == "twin" && table.has("twin"))
-    p.twin = read_twin_file((std::filesystem::path(table.folder()) / table.text("twin")).string());
+  if (p.plant == "twin" && table.has("twin")) {
+    TableReader twin = table.file_table("twin");
+    p.twin = read_twin(twin);
+  }
   if (table.has("mismatch")) {
     TableReader mismatch = table.table("mismatch");
     p.mismatch = read_mismatch(mismatch);

@@ -1,9 +1,9 @@
 #include "experiments/rig/replay_run.hpp"
 
 #include "controllers/timing.hpp"
+#include "core/config/document.hpp"
 #include "core/config/reader.hpp"
 #include "core/rt/deferred_solver.hpp"
-#include "experiments/base/files.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/rig/make_ladder.hpp"
 #include "experiments/rig/rig_file.hpp"
@@ -119,10 +119,8 @@ const std::string& said(const RecordedRun& run, const char* key) {
 
 Campaign recorded_campaign(const RecordedRun& run, std::vector<std::string> variants) {
   if (variants.empty()) variants = {said(run, "variant")};
-  const TemporaryFolder folder;
-  const std::string path = (folder.path() / "recorded.toml").string();
-  write_file_atomically(path, said(run, "campaign"));
-  return read_campaign(path, {variants, {said(run, "scenario")}});
+  return read_campaign(Document::from_text(said(run, "campaign"), "the log's campaign"),
+                       {variants, {said(run, "scenario")}});
 }
 
 RecordedTask recorded_task(const RecordedRun& run) {

@@ -5,6 +5,7 @@
 //   --chapter 5|7|both   --plant twin|model   --seeds N   --quiet (criteria only)   --file twin.toml
 //   --search KEY=a,b,c ...   one key at a time, the value of least criterion kept, until none improves
 
+#include "core/config/document.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/base/embedded.hpp"
 #include "experiments/thesis/fidelity.hpp"
@@ -17,7 +18,6 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 namespace {
 
@@ -26,7 +26,8 @@ using Settings = std::map<std::string, std::string>;
 
 /// The parameter file's text with dotted keys set to other values.
 TwinParameters twin_with(const std::string& text, const Settings& settings) {
-  toml::table document = toml::parse(text);
+  Document twin = Document::from_text(text, "twin");
+  toml::table& document = twin.root();
   for (const auto& [path, value] : settings) {
     const auto dot = path.find('.');
     const std::string section = path.substr(0, dot), key = path.substr(dot + 1);
@@ -41,10 +42,9 @@ TwinParameters twin_with(const std::string& text, const Settings& settings) {
       }
     }();
     parsed["x"].visit([&](const auto& node) { table.insert(key, node); });
+    twin.set_by(path, path + "=" + value);
   }
-  std::ostringstream out;
-  out << document;
-  TableReader reader = TableReader::from_text(out.str(), "twin");
+  TableReader reader(std::move(twin));
   return read_twin(reader);
 }
 

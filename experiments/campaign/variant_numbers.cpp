@@ -1,8 +1,7 @@
-#include "experiments/campaign/campaign_draft.hpp"
+#include "experiments/campaign/variant_numbers.hpp"
 
 #include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
-#include "experiments/campaign/library.hpp"
 
 #include <charconv>
 
@@ -49,20 +48,6 @@ void follow_blocks(toml::table& variant) {
 
 }  // namespace
 
-CampaignDraft::CampaignDraft(const Campaign& campaign) : document_(toml::parse(campaign.resolved_toml)) {
-  for (const InputFile& input : campaign.inputs) {
-    const std::filesystem::path path = folder_.path() / input.name;
-    create_folder(path.parent_path().string());
-    write_file_atomically(path.string(), input.text);
-  }
-}
-
-Campaign CampaignDraft::read(const toml::table& document, const Selection& selection) const {
-  const std::string path = (folder_.path() / "draft.toml").string();
-  write_file_atomically(path, toml_text(document) + "\n");
-  return read_campaign(path, selection);
-}
-
 std::optional<double> number_at(const toml::table& variant, const std::string& key) {
   std::string path = key;
   if (path.starts_with(blocks_prefix)) path = fmt::format("horizon.blocks[{}]", path.substr(blocks_prefix.size()));
@@ -75,6 +60,14 @@ void set_number(toml::table& variant, const std::string& key, double value, bool
   else
     set_in(variant, key, key, value);
   if (key.starts_with(blocks_prefix) && variant["horizon"]["blocks"].is_array()) follow_blocks(variant);
+}
+
+void set_number(Document& campaign, const std::string& variant, const std::string& key, double value, bool whole,
+                const std::string& who) {
+  set_number(*campaign.root()["variant"][variant].as_table(), key, value, whole);
+  const bool of_block = key.starts_with(blocks_prefix);  // errors name the whole list
+  campaign.set_by(fmt::format("variant.{}.{}", variant, of_block ? "horizon.blocks" : key), who);
+  if (of_block) campaign.set_by(fmt::format("variant.{}.horizon.steps", variant), who);
 }
 
 }  // namespace solenoid

@@ -187,7 +187,8 @@ TEST(Tune, RefusesWhatCannotBeTuned) {
   EXPECT_EQ(refusal([](TuneSettings&) {}), "");
   EXPECT_THAT(refusal([](TuneSettings& s) { s.free[0].high = 90; }), HasSubstr("another tuning run"));
   EXPECT_THAT(refusal([](TuneSettings& s) { s.variant = "nobody"; }), HasSubstr("nobody"));
-  EXPECT_THAT(refusal([](TuneSettings& s) { s.free[0].key = "horizon.stairs", s.out += "2"; }), HasSubstr("stairs"));
+  EXPECT_THAT(refusal([](TuneSettings& s) { s.free[0].key = "horizon.stairs", s.out += "2"; }),
+              HasSubstr("--free horizon.stairs: key 'variant.thesis_pd_ekf.horizon.stairs'"));
   EXPECT_THAT(refusal([](TuneSettings& s) { s.free[0].key = "motor.gain", s.out += "3"; }), HasSubstr("'motor'"));
   EXPECT_THAT(refusal([](TuneSettings& s) { s.campaign = "rig", s.out += "4"; }), HasSubstr("held_out"));
   EXPECT_THAT(refusal([](TuneSettings& s) { s.algorithm = "luck", s.out += "5"; }), HasSubstr("subplex"));

@@ -26,10 +26,10 @@ bool has_program(const char* name) {
     GTEST_SKIP() << "needs uPlot at build time: apt-get install npm, npm ci in the project's folder, build again"; \
   if (!has_program("chromium") || !has_program("node")) GTEST_SKIP() << "needs: apt-get install chromium nodejs"
 
-/// Runs tests/experiments/report_page.mjs; what it prints, with its exit code behind.
+/// Runs tests/experiments/report/report_page.mjs; what it prints, with its exit code behind.
 std::string browse(const test::Folder& folder, const std::string& arguments) {
   const std::string command = fmt::format("cd '{}' && node '" SOLENOID_SOURCE_DIR
-                                          "/tests/experiments/report_page.mjs' {} >.page 2>&1 </dev/null",
+                                          "/tests/experiments/report/report_page.mjs' {} >.page 2>&1 </dev/null",
                                           folder.path(), arguments);
   const int status = std::system(command.c_str());
   return test::text_of(folder / ".page") + fmt::format("exit {}", status);

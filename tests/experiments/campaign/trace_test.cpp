@@ -139,7 +139,7 @@ TEST(Trace, TheReportsPageReadsTheSameNumbers) {
   folder.write("numbers.json", numbers.dump());
   const std::string command = "cd '" + folder.path() +
                               "' && node '" SOLENOID_SOURCE_DIR
-                              "/tests/experiments/trace_reader.mjs' '" SOLENOID_SOURCE_DIR
+                              "/tests/experiments/campaign/trace_reader.mjs' '" SOLENOID_SOURCE_DIR
                               "/experiments/report/assets/trace.js' run.trace numbers.json >out 2>&1";
   EXPECT_EQ(std::system(command.c_str()), 0);
   EXPECT_EQ(test::text_of(folder / "out"), "same\n");

@@ -1,6 +1,6 @@
 #include "experiments/campaign/simulate.hpp"
 #include "experiments/thesis/fidelity.hpp"
-#include "tests/experiments/twin_support.hpp"
+#include "tests/experiments/plants/twin_support.hpp"
 
 #include <cmath>
 

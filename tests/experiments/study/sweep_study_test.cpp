@@ -1,5 +1,5 @@
 #include "core/config/reader.hpp"
-#include "experiments/campaign/campaign_draft.hpp"
+#include "experiments/campaign/variant_numbers.hpp"
 #include "experiments/campaign/simulate.hpp"
 #include "experiments/study/sweep.hpp"
 #include "tests/experiments/program_under_test.hpp"

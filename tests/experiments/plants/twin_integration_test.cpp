@@ -1,4 +1,4 @@
-#include "tests/experiments/twin_support.hpp"
+#include "tests/experiments/plants/twin_support.hpp"
 
 #include <random>
 
