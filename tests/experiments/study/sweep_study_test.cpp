@@ -72,10 +72,10 @@ TEST(SweepStudy, HasAVariantForEachValueAndLeavesTheOthersAsTheyAre) {
   const Study study = read_study(folder.write("s.toml", small_study));
   ASSERT_EQ(study.campaign.variants.size(), 4u);
   EXPECT_EQ(study.campaign.variants[0].name, "swept-40");
-  EXPECT_EQ(study.campaign.variants[1].steps, 60);
+  EXPECT_EQ(study.campaign.variants[1].horizon.steps, 60);
   EXPECT_EQ(study.campaign.variants[2].valves, "three_way");
   EXPECT_EQ(study.campaign.variants[3].name, "plain");
-  EXPECT_EQ(study.campaign.variants[3].steps, 100);
+  EXPECT_EQ(study.campaign.variants[3].horizon.steps, 100);
   EXPECT_EQ(study.members[2].value, 100.0);
   EXPECT_FALSE(study.members[3].value);
   EXPECT_EQ(study.campaign.name, "study-s");

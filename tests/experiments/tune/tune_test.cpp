@@ -120,7 +120,7 @@ TEST(Tune, FindsTheShorterHorizonAndLeavesACampaignThatShowsIt) {
   const Campaign tuned = read_campaign(folder.file("out/tuned.toml"));
   ASSERT_EQ(tuned.variants.size(), 2u);
   EXPECT_EQ(tuned.variants[1].name, "thesis_pd_ekf_tuned");
-  EXPECT_EQ(tuned.variants[1].steps, static_cast<int>(chosen.values[0]));
+  EXPECT_EQ(tuned.variants[1].horizon.steps, static_cast<int>(chosen.values[0]));
   EXPECT_EQ(tuned.variants[1].integral.gain, chosen.values[1]);
   ASSERT_EQ(tuned.scenarios.size(), 1u);
   EXPECT_EQ(tuned.scenarios[0].name, "held_out");
@@ -148,8 +148,8 @@ TEST(Tune, FreesTheLengthsOfBlocks) {
   EXPECT_EQ(result.steps[0].values, (std::vector<double>{4, 16}));
   const Campaign tuned = read_campaign(folder.file("out/tuned.toml"));
   const std::vector<double>& chosen = result.steps[result.chosen].values;
-  EXPECT_EQ(tuned.variants[1].blocks, (std::vector<int>{static_cast<int>(chosen[0]), static_cast<int>(chosen[1])}));
-  EXPECT_EQ(tuned.variants[1].steps, static_cast<int>(5 * (chosen[0] + chosen[1])));
+  EXPECT_EQ(tuned.variants[1].horizon.blocks, (std::vector<int>{static_cast<int>(chosen[0]), static_cast<int>(chosen[1])}));
+  EXPECT_EQ(tuned.variants[1].horizon.steps, static_cast<int>(5 * (chosen[0] + chosen[1])));
 }
 
 TEST(Tune, ResumesWithoutRepeatingAndEndsWhereOneRunEnds) {
