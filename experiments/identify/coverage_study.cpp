@@ -3,7 +3,7 @@
 #include "core/signal/bessel.hpp"
 #include "experiments/base/gnuplot.hpp"
 #include "experiments/base/processes.hpp"
-#include "experiments/base/text_table.hpp"
+#include "experiments/base/result.hpp"
 #include "experiments/identify/chambers.hpp"
 #include "experiments/identify/identify.hpp"
 #include "experiments/identify/noise.hpp"
@@ -14,10 +14,11 @@
 #include <numeric>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 namespace solenoid {
 namespace {
+
+using Column = Table::Column;
 
 constexpr double near_share = 0.05, near_s = 0.2e-3;
 
@@ -144,89 +145,40 @@ CoverageStudy study_coverage(const CoverageSettings& settings, const std::functi
   return study;
 }
 
-std::string coverage_text(const CoverageStudy& study, bool colour) {
-  TextTable table({{"value", TextTable::Align::left},
-                   {"truth"},
-                   {"mean"},
-                   {"error %"},
-                   {"interval +- %"},
-                   {"truth inside"},
-                   {"near"},
-                   {"unit", TextTable::Align::left}});
-  for (const CoverageRow& r : study.rows)
-    table.add_row(std::vector<std::string>{r.name, fmt::format("{:.5g}", r.truth), fmt::format("{:.5g}", r.mean),
-                                           fmt::format("{:.2f}", 100 * r.deviation / std::abs(r.truth)),
-                                           fmt::format("{:.2f}", 100 * r.half_width / std::abs(r.truth)),
-                                           fmt::format("{} of {}", r.covered, r.runs),
-                                           fmt::format("{} of {}", r.near, r.runs), r.unit});
-  const auto bad = std::ranges::count_if(study.rows, [](const CoverageRow& r) { return !r.good(); });
-  return table.text(colour) +
-         fmt::format(
-             "\n{} seeds. Inside: the truth in the 95 % interval; near: within 5 %, delays within 0.2 ms. {}\n",
-             study.seeds,
-             bad == 0 ? "Both in at least 9 of 10 for every value." : fmt::format("{} values miss 9 of 10.", bad));
-}
-
-std::string coverage_json(const CoverageStudy& study) {
-  nlohmann::ordered_json json = {
-      {"seeds", study.seeds}, {"failed", study.failed}, {"values", nlohmann::ordered_json::array()}};
-  for (const CoverageRow& r : study.rows)
-    json["values"].push_back({{"name", r.name},
-                              {"unit", r.unit},
-                              {"truth", r.truth},
-                              {"mean", r.mean},
-                              {"rms_error", r.deviation},
-                              {"half_width", r.half_width},
-                              {"runs", r.runs},
-                              {"covered", r.covered},
-                              {"near", r.near}});
-  return json.dump(1) + "\n";
-}
-
-std::string coverage_csv(const CoverageStudy& study) {
-  std::string text = "name,unit,truth,mean,rms_error,half_width,runs,covered,near\n";
-  for (const CoverageRow& r : study.rows)
-    text += fmt::format("{},{},{},{},{},{},{},{},{}\n", r.name, r.unit, r.truth, r.mean, r.deviation, r.half_width,
-                        r.runs, r.covered, r.near);
-  return text;
-}
-
-void draw_coverage(const CoverageStudy& study, const std::string& path) {
+Result result_of(const CoverageStudy& study) {
+  Table table{
+      .name = "values",
+      .columns = {Column("name", "value", "<"), Column("unit"), Column("truth", "truth", ".5g"),
+                  Column("mean", "mean", ".5g"), Column("rms_error"), Column("half_width"),
+                  Column("", "error %", ".2f%"), Column("", "interval +- %", ".2f%"), Column("runs"), Column("covered"),
+                  Column("near"), Column("", "truth inside"), Column("", "near"), Column("", "unit", "<")}};
+  Plot plot{.width = 1000, .height = 520, .layout = "1,2"};
   std::string data, tics;
-  int row = 0;
   for (const CoverageRow& r : study.rows) {
-    tics += fmt::format("{}{} {}", row ? ", " : "", gnuplot_quoted(r.name), row);
-    data += fmt::format("{} {} {} {} {}\n", row++, 100 * (r.mean / r.truth - 1), 100 * r.deviation / std::abs(r.truth),
-                        100 * r.half_width / std::abs(r.truth), 100.0 * r.covered / r.runs);
+    const double error = r.deviation / std::abs(r.truth), width = r.half_width / std::abs(r.truth);
+    tics += fmt::format("{}{} {}", table.rows.empty() ? "" : ", ", gnuplot_quoted(r.name), table.rows.size());
+    data += fmt::format("{} {} {} {} {}\n", table.rows.size(), 100 * (r.mean / r.truth - 1), 100 * error, 100 * width,
+                        100.0 * r.covered / r.runs);
+    table.add({r.name, r.unit, r.truth, r.mean, r.deviation, r.half_width, error, width, r.runs, r.covered, r.near,
+               fmt::format("{} of {}", r.covered, r.runs), fmt::format("{} of {}", r.near, r.runs), r.unit});
   }
-  const std::string script = fmt::format(
-      R"(set terminal svg size 1000,520 font 'Helvetica,13' background '#ffffff' noenhanced
-set output 'figure'
-set encoding utf8
-set multiplot layout 1,2
-set border 3 lc rgb '#606060'
-set grid back lt 1 lw 0.7 lc rgb '#dddddd'
-set tics nomirror out scale 0.5
-set yrange [{rows}:-0.7]
-set ytics ({tics})
-set lmargin at screen 0.24
-set rmargin at screen 0.68
-set xlabel 'value less truth [%]'
-set key outside top center horizontal
-plot 'data' using 2:1:4 with xerrorbars pt 0 lw 6 lc rgb '#c6dbef' title '95 % interval, mean', 'data' using 2:1:3 with xerrorbars pt 7 ps 0.4 lw 1.5 lc rgb '#1f77b4' title 'error over the seeds, RMS'
-unset key
-set format y ''
-set lmargin at screen 0.71
-set rmargin at screen 0.97
-set xrange [80:100]
-set xlabel 'intervals that hold the truth [%]'
-set arrow from 95,graph 0 to 95,graph 1 nohead dt 2 lc rgb '#606060'
-plot 'data' using 5:1 with points pt 7 ps 0.6 lc rgb '#d62728'
-unset multiplot
-set output
-)",
-      fmt::arg("rows", row - 0.3), fmt::arg("tics", tics));
-  draw_with_gnuplot({{"data", data}}, script, path);
+  const auto bad = std::ranges::count_if(study.rows, [](const CoverageRow& r) { return !r.good(); });
+  table.notes = {fmt::format(
+      "\n{} seeds. Inside: the truth in the 95 % interval; near: within 5 %, delays within 0.2 ms. {}", study.seeds,
+      bad == 0 ? "Both in at least 9 of 10 for every value." : fmt::format("{} values miss 9 of 10.", bad))};
+  plot.settings = fmt::format("set yrange [{}:-0.7]\nset ytics ({})\nset lmargin at screen 0.24\n",
+                              static_cast<double>(table.rows.size()) - 0.3, tics);
+  plot.panels = {{"set rmargin at screen 0.68\nset xlabel 'value less truth [%]'\n"
+                  "set key outside top center horizontal\n",
+                  data,
+                  {{"using 2:1:4 with xerrorbars pt 0 lw 6 lc rgb '#c6dbef'", "95 % interval, mean"},
+                   {"using 2:1:3 with xerrorbars pt 7 ps 0.4 lw 1.5 lc rgb '#1f77b4'", "error over the seeds, RMS"}}},
+                 {"unset key\nset format y ''\nset lmargin at screen 0.71\nset rmargin at screen 0.97\n"
+                  "set xrange [80:100]\nset xlabel 'intervals that hold the truth [%]'\n"
+                  "set arrow from 95,graph 0 to 95,graph 1 nohead dt 2 lc rgb '#606060'\n",
+                  data,
+                  {{"using 5:1 with points pt 7 ps 0.6 lc rgb '#d62728'"}}}};
+  return {.facts = {{"seeds", study.seeds}, {"failed", study.failed}}, .tables = {table}, .plot = plot};
 }
 
 }  // namespace solenoid

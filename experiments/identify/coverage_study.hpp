@@ -12,6 +12,8 @@
 
 namespace solenoid {
 
+struct Result;
+
 /// The twin of the coverage study: the model's own equations in continuous time, so that its parameters are what the
 /// estimators should find, with a flow that is continuous where it chokes, behind the nominal twin's whole noisy
 /// sensing chain and with its valves' jitter.
@@ -52,10 +54,7 @@ struct CoverageStudy {
 CoverageStudy study_coverage(const CoverageSettings& settings, const std::function<void(int done)>& progress,
                              const std::function<bool()>& interrupted);
 
-std::string coverage_text(const CoverageStudy& study, bool colour);
-std::string coverage_json(const CoverageStudy& study);
-std::string coverage_csv(const CoverageStudy& study);
-/// Error in units of the interval, each value a row: mean and spread over the seeds.
-void draw_coverage(const CoverageStudy& study, const std::string& path);
+/// A row a value; drawn is the error in per cent of the truth with the interval, and the share that holds the truth.
+Result result_of(const CoverageStudy& study);
 
 }  // namespace solenoid

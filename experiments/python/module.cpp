@@ -77,7 +77,7 @@ std::string run_campaign_json(const std::string& path, const std::vector<std::st
     PyErr_SetNone(PyExc_KeyboardInterrupt);
     throw py::error_already_set();
   }
-  return comparison_json(*records);
+  return result_of(*records, false).json();
 }
 
 void bind_configuration(py::module_& m) {

@@ -54,8 +54,9 @@ std::string bins_text(const SolveHistogram& histogram) {
   return text;
 }
 
-std::string solve_time_script(const std::vector<std::pair<std::string, SolveHistogram>>& variants, bool svg) {
-  const auto columns = std::min<std::size_t>(3, variants.size()), rows = (variants.size() + columns - 1) / columns;
+Plot solve_time_plot(const std::vector<std::pair<std::string, SolveHistogram>>& variants) {
+  const int count = static_cast<int>(variants.size()), columns = std::min(3, count),
+            lines = (count + columns - 1) / columns;
   int first = SolveHistogram::most, end = 40;
   std::int64_t most = 10;
   for (const auto& [name, histogram] : variants) {
@@ -63,31 +64,28 @@ std::string solve_time_script(const std::vector<std::pair<std::string, SolveHist
     end = std::max(end, histogram.first + static_cast<int>(histogram.counts.size()));
     most = std::max(most, *std::ranges::max_element(histogram.counts));
   }
-  const double low = std::pow(10.0, std::floor(first / 10.0)), high = std::pow(10.0, end / 10.0);
-  std::string text = fmt::format(
-      "set terminal {} size {},{} font {} background '#ffffff' noenhanced\nset output 'figure'\nset encoding utf8\n"
-      "set multiplot layout {},{}\nset logscale xy\nset xrange [{}:{}]\nset yrange [0.7:{}]\n"
-      "set format x '%g'\nset xlabel 'time of a solve [µs]'\nset ylabel 'solves'\nset border 3 lc rgb '#606060'\n"
-      "set tics nomirror out scale 0.5\nunset mxtics\nunset mytics\nunset key\n"
-      "set arrow 1 from {},graph 0 to {},graph 1 nohead lw 1.5 lc rgb '#d62728'\n"
-      "set label 1 '5 ms' at {},graph 0.95 left offset 0.4,0 tc rgb '#d62728'\n",
-      svg ? "svg" : "pngcairo", 420 * columns, 260 * rows, svg ? "'Helvetica,12'" : "'Sans,10'", rows, columns, low,
-      high, 2 * most, 1e6 * period_s, 1e6 * period_s, 1e6 * period_s);
-  for (std::size_t i = 0; i < variants.size(); ++i)
-    text += fmt::format(
-        "set title {}\nplot 'bins{}' using (sqrt($1*$2)):3:1:2:(0.7):3 with boxxyerror fs solid 0.8 noborder lc rgb "
-        "'#1f77b4'\n",
-        gnuplot_quoted(variants[i].first), i);
-  return text + "unset multiplot\nset output\n";
+  Plot plot{.width = 420 * columns,
+            .height = 260 * lines,
+            .layout = fmt::format("{},{}", lines, columns),
+            .settings = fmt::format(
+                "set logscale xy\nset xrange [{0}:{1}]\nset yrange [0.7:{2}]\nset format x '%g'\n"
+                "set xlabel 'time of a solve [µs]'\nset ylabel 'solves'\nunset mxtics\nunset mytics\nunset key\n"
+                "set arrow 1 from {3},graph 0 to {3},graph 1 nohead lw 1.5 lc rgb '#d62728'\n"
+                "set label 1 '5 ms' at {3},graph 0.95 left offset 0.4,0 tc rgb '#d62728'\n",
+                std::pow(10.0, std::floor(first / 10.0)), std::pow(10.0, end / 10.0), 2 * most, 1e6 * period_s)};
+  for (const auto& [name, histogram] : variants)
+    plot.panels.push_back(
+        {fmt::format("set title {}\n", gnuplot_quoted(name)),
+         bins_text(histogram),
+         {{"using (sqrt($1*$2)):3:1:2:(0.7):3 with boxxyerror fs solid 0.8 noborder lc rgb '#1f77b4'"}}});
+  return plot;
 }
 
 void draw_solve_time(const Results& results, const std::string& path, FigureFormat format) {
   const auto variants = solve_times(results);
   if (variants.empty())
     throw ConfigError(results.folder + ": no run with recorded solver times (allowed: runs with a trace or a log)");
-  std::map<std::string, std::string> files;
-  for (std::size_t i = 0; i < variants.size(); ++i) files[fmt::format("bins{}", i)] = bins_text(variants[i].second);
-  draw_with_gnuplot(files, solve_time_script(variants, format == FigureFormat::svg), path);
+  draw(solve_time_plot(variants), path, format);
 }
 
 }  // namespace

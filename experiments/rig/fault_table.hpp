@@ -7,6 +7,8 @@
 
 namespace solenoid {
 
+struct Result;
+
 /// What a provoked fault led to. Times are in milliseconds of the plant's time; -1: it did not happen.
 struct FaultOutcome {
   std::string name, fault;
@@ -49,6 +51,6 @@ struct ProcessOutcome {
 std::vector<ProcessOutcome> process_faults(const std::string& program, const std::string& folder,
                                            const std::string& variant);
 
-std::string fault_table_text(const std::vector<FaultOutcome>& simulated, const std::vector<ProcessOutcome>& processes);
+Result result_of(const std::vector<FaultOutcome>& simulated, const std::vector<ProcessOutcome>& processes);
 
 }  // namespace solenoid

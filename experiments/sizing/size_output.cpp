@@ -1,56 +1,62 @@
 #include "experiments/sizing/size_output.hpp"
 
-#include "core/config/reader.hpp"
-#include "experiments/base/gnuplot.hpp"
-#include "experiments/base/text_table.hpp"
+#include "experiments/base/result.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 namespace solenoid {
 namespace {
 
-using Align = TextTable::Align;
+using Column = Table::Column;
 
 constexpr double millimetre = 1e-3;
 constexpr int curve_points = 401;
 
-std::string number(double value) { return fmt::format("{:.4g}", value); }
-
-std::string quantities_text(const SizingInput& input, bool colour) {
+Table quantities(const SizingInput& input) {
   const bool printed = !input.printed.empty();
-  std::vector<TextTable::Column> columns = {{"", Align::left}, {"unit", Align::left}, {"equation", Align::left}};
-  if (printed) columns.insert(columns.end(), {{"printed"}, {"its own step"}});
-  columns.push_back({"equations"});
-  TextTable table(columns);
-  for (const SizingQuantity& q : sizing_quantities(input)) {
-    std::vector<TextTable::Cell> cells = {{q.meaning}, {q.unit}, {q.equation}};
-    if (printed) {
-      cells.push_back({q.printed ? q.printed->text : "", q.own_difference()});
-      cells.push_back({q.stepped ? number(*q.stepped) : ""});
-    }
-    cells.push_back({number(q.computed)});
-    table.add_row(cells);
-  }
-  return table.text(colour);
+  Table table{.name = "quantities",
+              .columns = {Column("name"), Column("", "quantity", "<"), Column("unit", "unit", "<"),
+                          Column("equation", "equation", "<"), Column("printed"), Column("", printed ? "printed" : ""),
+                          Column("own_step", printed ? "its own step" : "", ".4g"),
+                          Column("equations", "equations", ".4g"), Column("own_difference")}};
+  for (const SizingQuantity& q : sizing_quantities(input))
+    table.add({q.name,
+               q.meaning,
+               q.unit,
+               q.equation,
+               q.printed ? Json(q.printed->value) : Json(),
+               {q.printed ? q.printed->text : "", q.own_difference()},
+               q.stepped,
+               q.computed,
+               q.own_difference()});
+  return table;
 }
 
-std::string teeth_text(const SizingInput& input, bool colour) {
-  TextTable table({{"tooth (A.6)-(A.9)", Align::left},
-                   {"speed"},
-                   {"taken as", Align::left},
-                   {"force N"},
-                   {"load factor"},
-                   {"stress MPa"},
-                   {"safety factor"}});
+Table teeth(const SizingInput& input) {
+  Table table{.name = "teeth",
+              .columns = {Column("name", "tooth (A.6)-(A.9)", "<"), Column("speed", "speed", ".4g"),
+                          Column("speed_unit", "taken as", "<"), Column("force_n", "force N", ".2f"),
+                          Column("load_factor", "load factor", ".4g"), Column("stress_mpa", "stress MPa", ".1f"),
+                          Column("safety_factor", "safety factor", ".2f")}};
   for (const ToothReading& r : tooth_readings(input))
-    table.add_row(std::vector<std::string>{r.name, number(r.speed), r.speed_unit, fmt::format("{:.2f}", r.force_n),
-                                           fmt::format("{:.4g}", r.load_factor),
-                                           fmt::format("{:.1f}", 1e-6 * r.stress_pa), fmt::format("{:.2f}", r.safety)});
-  return table.text(colour);
+    table.add({r.name, r.speed, r.speed_unit, r.force_n, r.load_factor, 1e-6 * r.stress_pa, r.safety});
+  return table;
+}
+
+/// A line a number: the quantities, then stress and safety of each reading of a tooth.
+Table flat(const SizingInput& input) {
+  Table table{.columns = {Column("quantity"), Column("unit"), Column("equation"), Column("printed"), Column("own_step"),
+                          Column("equations")}};
+  for (const SizingQuantity& q : sizing_quantities(input))
+    table.add({q.name, q.unit, q.equation, q.printed ? q.printed->text : "", q.stepped, q.computed});
+  for (const ToothReading& r : tooth_readings(input)) {
+    table.add({"tooth_stress: " + r.name, "MPa", "(A.7)", nullptr, nullptr, 1e-6 * r.stress_pa});
+    table.add({"safety_factor: " + r.name, "1", "(A.9)", nullptr, nullptr, r.safety});
+  }
+  return table;
 }
 
 std::string millimetres(const std::optional<double>& metres) {
@@ -58,128 +64,78 @@ std::string millimetres(const std::optional<double>& metres) {
 }
 
 /// What to buy, and what the formulas leave out.
-std::string choice_text(const SizingTask& task, const Sizing& s) {
-  std::string text = fmt::format("Peak at {:.3f} s and {:.1f} deg. Next standard bore: {}.\n", s.peak.time_s,
-                                 s.peak.angle_rad * 180 / std::numbers::pi, millimetres(s.standard_bore_m));
-  text += fmt::format(
-      "With the slide's inertia, friction and the way back, which chapter 3 leaves out: {:.2f} N pushing, {:.2f} N "
-      "pulling;\nleast bore {:.4g} mm, next standard one {}.\n",
-      s.full.push_n, s.full.pull_n, s.bore_full_m / millimetre, millimetres(s.standard_bore_full_m));
+std::vector<std::string> choice(const SizingTask& task, const Sizing& s) {
+  std::vector<std::string> lines = {
+      fmt::format("Peak at {:.3f} s and {:.1f} deg. Next standard bore: {}.", s.peak.time_s,
+                  s.peak.angle_rad * 180 / std::numbers::pi, millimetres(s.standard_bore_m)),
+      fmt::format("With the slide's inertia, friction and the way back, which chapter 3 leaves out: {:.2f} N pushing, "
+                  "{:.2f} N pulling;\nleast bore {:.4g} mm, next standard one {}.",
+                  s.full.push_n, s.full.pull_n, s.bore_full_m / millimetre, millimetres(s.standard_bore_full_m))};
   if (task.bore_m) {
     const double has = force_of_bore(*task.bore_m, task.supply_gauge_pa);
-    text += fmt::format(
+    lines.push_back(fmt::format(
         "The chosen bore of {:.4g} mm has {:.2f} N: {:+.1f} % beyond the formulas' force, {:+.1f} % beyond the full "
-        "one.\n",
+        "one.",
         *task.bore_m / millimetre, has, 100 * (has / std::abs(s.cylinder_n) - 1),
-        100 * (has / std::max(s.full.push_n, s.full.pull_n) - 1));
+        100 * (has / std::max(s.full.push_n, s.full.pull_n) - 1)));
   }
-  text += fmt::format("Stroke needed {:.1f} mm of {:.1f} mm{}.\n", s.stroke_m / millimetre, task.stroke_m / millimetre,
-                      s.stroke_m > task.stroke_m ? ": too short" : "");
-  return text;
+  lines.push_back(fmt::format("Stroke needed {:.1f} mm of {:.1f} mm{}.", s.stroke_m / millimetre,
+                              task.stroke_m / millimetre, s.stroke_m > task.stroke_m ? ": too short" : ""));
+  return lines;
 }
 
-nlohmann::ordered_json or_null(const std::optional<double>& value, double unit = 1.0) {
-  return value ? nlohmann::ordered_json(*value / unit) : nlohmann::ordered_json(nullptr);
+/// Figure 3-3: the torques against time, with the peak.
+Plot plot_of(const SizingInput& input, const std::vector<ArmTorque>& curve) {
+  const ArmTorque peak = torque_peak(input.task);
+  Plot::Panel panel{
+      "set key outside right top Left reverse samplen 2\nset xlabel 'time, s'\nset ylabel 'torque, N m'\n"
+      "set offsets 0, 0, graph 0.05, graph 0.05\n",
+      fmt::format("{} {}\n\n\n", peak.time_s, peak.total_nm()),
+      {{"index 1 using 1:4 with lines lw 2 lc rgb '#1f77b4'", "total (3.9)"},
+       {"index 1 using 1:3 with lines lw 1.5 lc rgb '#2ca02c'", "gravity (3.8)"},
+       {"index 1 using 1:2 with lines lw 1.5 lc rgb '#ff7f0e'", "acceleration (3.6)"},
+       {"index 0 using 1:2 with points pt 7 ps 0.8 lc rgb '#d62728'",
+        fmt::format("peak, {:.3f} N m", peak.total_nm())}}};
+  for (const ArmTorque& t : curve)
+    panel.data += fmt::format("{} {} {} {}\n", t.time_s, t.acceleration_nm, t.gravity_nm, t.total_nm());
+  if (const auto printed = input.printed.find("torque"); printed != input.printed.end())
+    panel.curves.push_back({fmt::format("{} with lines dt (6,4) lc rgb '#7f7f7f'", printed->second.value),
+                            fmt::format("printed, {} N m", printed->second.text)});
+  return {.width = 860, .title = "torque of the arm, " + input.task.name, .panels = {panel}};
 }
+
+Json or_null(const std::optional<double>& metres) { return metres ? Json(*metres / millimetre) : Json(); }
 
 }  // namespace
 
-std::string sizing_text(const SizingInput& input, bool colour) {
+Result result_of(const SizingInput& input) {
   const Sizing s = size_actuator(input.task);
-  std::string text = fmt::format("Sizing of '{}': chapter 3 and appendix A.\n\n", input.task.name) +
-                     quantities_text(input, colour) + "\n" + teeth_text(input, colour) + "\n" +
-                     choice_text(input.task, s);
+  const std::vector<ArmTorque> curve = torque_curve(input.task, curve_points);
   const std::vector<std::string> differences = sizing_differences(input);
-  if (!differences.empty()) text += "\nWhere the printed figures and their own equations part (*: the step itself):\n";
-  for (const std::string& sentence : differences) text += "- " + sentence + "\n";
-  return text;
-}
-
-std::string sizing_csv(const SizingInput& input) {
-  std::string text = "quantity,unit,equation,printed,own_step,equations\n";
-  for (const SizingQuantity& q : sizing_quantities(input))
-    text += fmt::format("{},{},{},{},{},{}\n", q.name, q.unit, q.equation, q.printed ? q.printed->text : "",
-                        q.stepped ? fmt::format("{}", *q.stepped) : "", q.computed);
-  for (const ToothReading& r : tooth_readings(input)) {
-    text += fmt::format("\"tooth_stress: {}\",MPa,(A.7),,,{}\n", r.name, 1e-6 * r.stress_pa);
-    text += fmt::format("\"safety_factor: {}\",1,(A.9),,,{}\n", r.name, r.safety);
-  }
-  return text;
-}
-
-std::string sizing_json(const SizingInput& input) {
-  const Sizing s = size_actuator(input.task);
-  nlohmann::ordered_json json = {{"task", input.task.name}};
-  for (const SizingQuantity& q : sizing_quantities(input))
-    json["quantities"].push_back({{"name", q.name},
-                                  {"unit", q.unit},
-                                  {"equation", q.equation},
-                                  {"printed", q.printed ? nlohmann::ordered_json(q.printed->value) : nullptr},
-                                  {"own_step", or_null(q.stepped)},
-                                  {"equations", q.computed},
-                                  {"own_difference", q.own_difference()}});
-  for (const ToothReading& r : tooth_readings(input))
-    json["teeth"].push_back({{"name", r.name},
-                             {"speed", r.speed},
-                             {"speed_unit", r.speed_unit},
-                             {"force_n", r.force_n},
-                             {"load_factor", r.load_factor},
-                             {"stress_mpa", 1e-6 * r.stress_pa},
-                             {"safety_factor", r.safety}});
-  json["peak"] = {{"time_s", s.peak.time_s}, {"angle_rad", s.peak.angle_rad}, {"torque_nm", s.torque_nm}};
-  json["standard_bore_mm"] = or_null(s.standard_bore_m, millimetre);
-  json["full"] = {{"push_n", s.full.push_n},
+  Table torques{.name = "curve",
+                .columns = {Column("time_s"), Column("angle_rad"), Column("acceleration_nm"), Column("gravity_nm"),
+                            Column("total_nm")}};
+  for (const ArmTorque& t : curve) torques.add({t.time_s, t.angle_rad, t.acceleration_nm, t.gravity_nm, t.total_nm()});
+  Result result{
+      .title = fmt::format("Sizing of '{}': chapter 3 and appendix A.", input.task.name),
+      .facts = {{"task", input.task.name},
+                {"peak", {{"time_s", s.peak.time_s}, {"angle_rad", s.peak.angle_rad}, {"torque_nm", s.torque_nm}}},
+                {"standard_bore_mm", or_null(s.standard_bore_m)},
+                {"full",
+                 {{"push_n", s.full.push_n},
                   {"pull_n", s.full.pull_n},
                   {"bore_mm", s.bore_full_m / millimetre},
-                  {"standard_bore_mm", or_null(s.standard_bore_full_m, millimetre)}};
-  json["stroke_mm"] = s.stroke_m / millimetre;
-  json["differences"] = sizing_differences(input);
-  for (const ArmTorque& t : torque_curve(input.task, curve_points))
-    json["curve"].push_back({{"time_s", t.time_s},
-                             {"angle_rad", t.angle_rad},
-                             {"acceleration_nm", t.acceleration_nm},
-                             {"gravity_nm", t.gravity_nm},
-                             {"total_nm", t.total_nm()}});
-  return json.dump(1) + "\n";
-}
-
-void draw_torque_curve(const SizingInput& input, const std::string& path) {
-  const bool svg = path.ends_with(".svg");
-  if (!svg && !path.ends_with(".png")) throw ConfigError(path + ": not a figure's name (allowed: *.svg or *.png)");
-  std::string data;
-  for (const ArmTorque& t : torque_curve(input.task, curve_points))
-    data += fmt::format("{} {} {} {}\n", t.time_s, t.acceleration_nm, t.gravity_nm, t.total_nm());
-  const ArmTorque peak = torque_peak(input.task);
-  const auto printed = input.printed.find("torque");
-  const std::string line = printed == input.printed.end()
-                               ? ""
-                               : fmt::format(", {0} with lines dt (6,4) lc rgb '#7f7f7f' title 'printed, {1} N m'",
-                                             printed->second.value, printed->second.text);
-  const std::string script = fmt::format(
-      R"(set terminal {} noenhanced
-set output 'figure'
-set encoding utf8
-set grid back lt 1 lw 0.7 lc rgb '#dddddd'
-set border 3 lc rgb '#606060'
-set tics nomirror out scale 0.5
-set key outside right top Left reverse samplen 2
-set title {}
-set xlabel 'time, s'
-set ylabel 'torque, N m'
-set offsets 0, 0, graph 0.05, graph 0.05
-plot 'data' using 1:4 with lines lw 2 lc rgb '#1f77b4' title 'total (3.9)', \
-     '' using 1:3 with lines lw 1.5 lc rgb '#2ca02c' title 'gravity (3.8)', \
-     '' using 1:2 with lines lw 1.5 lc rgb '#ff7f0e' title 'acceleration (3.6)', \
-     '-' using 1:2 with points pt 7 ps 0.8 lc rgb '#d62728' title 'peak, {:.3f} N m'{}
-{} {}
-e
-set output
-)",
-      svg ? "svg size 860,420 font 'Helvetica,13' background '#ffffff'"
-          : "pngcairo size 860,420 font 'Sans,10' background '#ffffff'",
-      gnuplot_quoted(fmt::format("torque of the arm, {}", input.task.name)), peak.total_nm(), line, peak.time_s,
-      peak.total_nm());
-  draw_with_gnuplot({{"data", data}}, script, path);
+                  {"standard_bore_mm", or_null(s.standard_bore_full_m)}}},
+                {"stroke_mm", s.stroke_m / millimetre},
+                {"differences", differences}},
+      .tables = {quantities(input), teeth(input), torques},
+      .flat = flat(input),
+      .notes = choice(input.task, s),
+      .plot = plot_of(input, curve)};
+  if (!differences.empty())
+    result.notes.push_back("\nWhere the printed figures and their own equations part (*: the step itself):");
+  for (const std::string& sentence : differences) result.notes.push_back("- " + sentence);
+  return result;
 }
 
 }  // namespace solenoid

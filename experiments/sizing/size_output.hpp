@@ -8,6 +8,8 @@
 
 namespace solenoid {
 
+struct Result;
+
 /// A step of the sizing three ways: as printed for the task, from the printed values of the steps before it, and from
 /// the task's data through every equation. In the unit that is shown.
 struct SizingQuantity {
@@ -33,12 +35,7 @@ std::vector<ToothReading> tooth_readings(const SizingInput& input);
 /// Where printed figures and their own equations part, a sentence each.
 std::vector<std::string> sizing_differences(const SizingInput& input);
 
-std::string sizing_text(const SizingInput& input, bool colour);
-std::string sizing_csv(const SizingInput& input);
-std::string sizing_json(const SizingInput& input);
-
-/// Figure 3-3: acceleration, gravity and total torque against time, with the peak, into a file ending in .svg or .png.
-/// Throws ConfigError for another ending or without gnuplot.
-void draw_torque_curve(const SizingInput& input, const std::string& path);
+/// All of it; drawn is figure 3-3: acceleration, gravity and total torque against time, with the peak.
+Result result_of(const SizingInput& input);
 
 }  // namespace solenoid

@@ -8,8 +8,8 @@
 #include "core/config/document.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/base/embedded.hpp"
+#include "experiments/base/result.hpp"
 #include "experiments/thesis/fidelity.hpp"
-#include "experiments/thesis/reproduce_output.hpp"
 
 #include <cstdio>
 #include <fstream>
@@ -56,7 +56,7 @@ double criterion_of(const StandIn& rig) { return choice_criterion(chapter(rig, 5
 
 void print_chapter(const StandIn& rig, int number, bool quiet) {
   const std::vector<Cell> cells = chapter(rig, number);
-  if (!quiet) fmt::print("{}", reproduction_text(cells));
+  if (!quiet) fmt::print("{}", result_of(cells).text(false));
   for (const Agreement& a : agreements(cells))
     fmt::print("{} [{}]: |ln {}| {:.3f}\n", a.tables, a.parameters, a.metric, a.mean_abs_ln);
   if (number == 5)

@@ -1,7 +1,6 @@
 #include "experiments/campaign/campaign.hpp"
 
 #include "core/config/reader.hpp"
-#include "experiments/base/text_table.hpp"
 #include "experiments/report/ranking.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
@@ -161,24 +160,6 @@ TEST(Ranking, OfNothingIsEmpty) {
   EXPECT_TRUE(rank_variants({}).variants.empty());
   const std::vector<RunRecord> failed = {record("a", "x", 0)};
   EXPECT_FALSE(rank_variants(failed).variants.at(0).ranked);
-}
-
-TEST(TextTable, ShortNumbersKeepThreeDigits) {
-  EXPECT_EQ(short_number(0), "0");
-  EXPECT_EQ(short_number(1.0 / 3), "0.333");
-  EXPECT_EQ(short_number(12.345), "12.3");
-  EXPECT_EQ(short_number(8091.2), "8091");
-  EXPECT_EQ(short_number(-0.00123456), "-0.00123");
-  EXPECT_EQ(short_number(1.5e-6), "1.50e-06");
-}
-
-TEST(TextTable, MarksReadWithoutColour) {
-  TextTable table({{"name", TextTable::Align::left}, {"mm"}});
-  using Row = std::vector<TextTable::Cell>;
-  table.add_row(Row{{"a"}, {"1", true}});
-  table.add_row(Row{{"bb"}, {"22"}});
-  EXPECT_EQ(table.text(false), "name  mm\na      1*\nbb    22\n");
-  EXPECT_THAT(table.text(true), HasSubstr("\033[1;32m"));
 }
 
 }  // namespace

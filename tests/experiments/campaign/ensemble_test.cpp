@@ -135,10 +135,10 @@ TEST(Ranking, SpreadOfAnEnsemble) {
   EXPECT_NEAR(best.rmse_margin, std::exp(1.96 * std::log(2.0) / std::sqrt(39.0)), 1e-9);
   EXPECT_EQ(best.p95_rmse_mm, 0.04);
   EXPECT_EQ(best.worst_rmse_mm, 0.04);
-  const std::string text = comparison_text(runs, false, false);
+  const std::string text = result_of(runs, false).text(false);
   EXPECT_THAT(text, HasSubstr("95 % mm"));
   EXPECT_THAT(text, HasSubstr("sine, 40 plants"));
-  EXPECT_THAT(comparison_text(runs_on_an_ensemble(5), false, false), testing::Not(HasSubstr("95 % mm")));
+  EXPECT_THAT(result_of(runs_on_an_ensemble(5), false).text(false), testing::Not(HasSubstr("95 % mm")));
 }
 
 TEST(Pareto, DrawsEveryRankedVariant) {

@@ -1,5 +1,6 @@
 #include "experiments/ledger/ledger.hpp"
 
+#include "experiments/base/result.hpp"
 #include "experiments/profile/shipped_instances.hpp"
 #include "solvers/minlp/bonmin.hpp"
 #include "tests/experiments/program_under_test.hpp"
@@ -48,8 +49,8 @@ TEST(Ledger, GapsAtABoundOfZeroAndListedViolations) {
   state.entries[static_cast<std::size_t>(LedgerMethod::held)].cost = 1.0;
   EXPECT_TRUE(std::isinf(state.gap(LedgerMethod::held)));
   LedgerOfVariant variant{"made_up", "10", {state}, {{7, "cia 1 below branch and bound 2"}}, 0};
-  EXPECT_NE(ledger_text({variant}).find("record 7: cia 1 below"), std::string::npos);
-  const auto json = nlohmann::json::parse(ledger_json({variant}));
+  EXPECT_NE(result_of({variant}).text(false).find("record 7: cia 1 below"), std::string::npos);
+  const auto json = nlohmann::json::parse(result_of({variant}).json());
   EXPECT_EQ(json["variants"][0]["violations"][0]["record"], 7);
 }
 

@@ -66,11 +66,11 @@ TEST(Figure, LeavesNothingWhereItCannotBeWritten) {
   ScenarioConfig brief = sine();
   brief.duration_s = 0.1;
   const VariantConfig variant = shipped_variant("thesis_cylinder");
-  EXPECT_THROW(draw_figure(variant, brief, 1, folder / "no/run.svg", FigureFormat::svg), ConfigError);
+  EXPECT_THROW(draw_figure(variant, brief, 1, folder / "no/run.svg", FigureFormat::svg), OutputError);
   EXPECT_TRUE(folder.empty());
   std::filesystem::create_directory(folder / "run.svg");
-  EXPECT_THROW(draw_figure(variant, brief, 1, folder / "run.svg", FigureFormat::svg), ConfigError);
-  EXPECT_FALSE(std::filesystem::exists(folder / "run.svg.part"));
+  EXPECT_THROW(draw_figure(variant, brief, 1, folder / "run.svg", FigureFormat::svg), OutputError);
+  EXPECT_FALSE(std::filesystem::exists(folder / "run.svg.tmp"));
 }
 
 TEST(Gnuplot, SaysWhatItComplainedAbout) {

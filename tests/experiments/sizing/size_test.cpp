@@ -1,4 +1,5 @@
 #include "core/config/reader.hpp"
+#include "experiments/base/result.hpp"
 #include "experiments/sizing/size_output.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
@@ -164,7 +165,7 @@ TEST(Tooth, FormFactorsAreShigleysAndRise) {
 }
 
 TEST(ThesisSizing, PrintsTheThesissFigures) {
-  const std::string text = sizing_text(thesis_sizing(), false);
+  const std::string text = result_of(thesis_sizing()).text(false);
   for (const char* figure : {"2.73", "72.8", "61.33", "22.8", "0.055", "121.5", "1.97", "2.28", "3.25"})
     EXPECT_THAT(text, HasSubstr(figure));
 }
@@ -197,7 +198,7 @@ TEST(SizingTaskFile, WhatItLeavesOutIsTheThesissButForTheBoreAndThePrintedFigure
   EXPECT_FALSE(input.task.bore_m);
   EXPECT_TRUE(input.printed.empty());
   EXPECT_TRUE(sizing_differences(input).empty());
-  EXPECT_THAT(sizing_text(input, false), Not(HasSubstr("printed")));
+  EXPECT_THAT(result_of(input).text(false), Not(HasSubstr("printed")));
   const SizingInput set = with_settings(thesis_sizing(), {"arm.payload_kg=0.1", "motion.kind=\"quintic\""});
   EXPECT_EQ(set.task.payload_kg, 0.1);
   EXPECT_EQ(set.task.motion.law, ArmMotionLaw::quintic);

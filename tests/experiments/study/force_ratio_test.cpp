@@ -1,6 +1,7 @@
 #include "experiments/study/force_ratio.hpp"
 
 #include "core/config/reader.hpp"
+#include "experiments/base/result.hpp"
 #include "experiments/plants/twin_parameters.hpp"
 #include "experiments/sizing/size_task.hpp"
 #include "tests/experiments/program_under_test.hpp"
@@ -131,7 +132,7 @@ TEST(RatioStudy, VerdictsFollowTheAssumptionsWithoutARun) {
   }
   EXPECT_LT(criteria_of(study, shipped().with(study.assumptions.changes[0]))[2].price, study.ratios[2].design.price);
   EXPECT_THROW(shipped().with({"", "motor.colour", 2.0}), std::invalid_argument);
-  EXPECT_THAT(force_ratio_text(study, false), HasSubstr("Recommended: a motor's share of"));
+  EXPECT_THAT(result_of(study).text(false), HasSubstr("Recommended: a motor's share of"));
 }
 
 TEST(RatioAssumptions, AFileNamesWhatDiffersAndBadOnesAreRefused) {

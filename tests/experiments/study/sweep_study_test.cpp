@@ -166,7 +166,7 @@ TEST(SweepStudy, CommandPrintsEveryFormatDrawsAndResumes) {
   EXPECT_TRUE(parsed.at("tables").at(0).at("rows").at(0).at("sse_max_abs_mm").is_number());
   EXPECT_EQ(test::run_program(folder, "study valves --jobs 0").exit_code, 2);
   const auto csv = test::run_program(folder, "study sweep s.toml --out o --format csv");
-  EXPECT_THAT(csv.out, HasSubstr("errors,\"plain\",0.15,1,0,rmse_mm,"));
+  EXPECT_THAT(csv.out, HasSubstr("errors,plain,0.15,1,0,rmse_mm,"));
   EXPECT_EQ(test::run_program(folder, "study sweep missing.toml").exit_code, 2);
   EXPECT_EQ(test::run_program(folder, "study sweep default").exit_code, 2);  // a campaign, no study
 }

@@ -1,8 +1,8 @@
 #include "experiments/thesis/reproduce.hpp"
 
 #include "core/config/reader.hpp"
+#include "experiments/base/result.hpp"
 #include "experiments/thesis/cases.hpp"
-#include "experiments/thesis/reproduce_output.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <cmath>
@@ -192,7 +192,7 @@ TEST(ReproductionOutput, JsonKeepsNumbersBoundsAndWhatIsNotFinite) {
   Cell bound = chapter_6_cell("ssa_mm", 0.01, std::nan(""));
   bound.thesis->upper_bound = true;
   const std::vector<Cell> cells = {chapter_6_cell("rmse_mm", 0.5, 0.25), bound};
-  const auto json = nlohmann::json::parse(reproduction_json(cells));
+  const auto json = nlohmann::json::parse(result_of(cells).json());
   const auto& first = json.at("cells").at(0);
   EXPECT_EQ(first.at("table"), "table-6-1");
   EXPECT_EQ(first.at("parameters"), "consistent");
@@ -210,7 +210,7 @@ TEST(ReproductionOutput, JsonKeepsNumbersBoundsAndWhatIsNotFinite) {
 TEST(ReproductionOutput, CsvQuotesCasesAndHasOneLineACell) {
   Cell cell = chapter_6_cell("rmse_mm", 0.5, 0.25);
   cell.case_name = "thesis_pd, 0 kg";
-  EXPECT_EQ(reproduction_csv(std::vector<Cell>{cell}),
+  EXPECT_EQ(result_of(std::vector<Cell>{cell}).csv(),
             "table,parameters,case,metric,thesis_bound,thesis,ours,ours_spread,runs\n"
             "table-6-1,consistent,\"thesis_pd, 0 kg\",rmse_mm,,0.5,0.25,0,1\n");
 }
@@ -218,7 +218,7 @@ TEST(ReproductionOutput, CsvQuotesCasesAndHasOneLineACell) {
 TEST(ReproductionOutput, TextShowsBoundsAndWhatTheParametersAre) {
   Cell bound = chapter_6_cell("ssa_mm", 0.01, 0.004);
   bound.thesis->upper_bound = true;
-  const std::string text = reproduction_text(std::vector<Cell>{bound});
+  const std::string text = result_of(std::vector<Cell>{bound}).text(false);
   EXPECT_THAT(text, HasSubstr("<0.01"));
   EXPECT_THAT(text, HasSubstr(parameters_in_words("consistent")));
   EXPECT_NE(parameters_in_words("consistent"), parameters_in_words("printed"));
