@@ -126,14 +126,10 @@ struct Section {
   const char* name;
   Json (*list)();
 };
-constexpr Section sections[] = {{"variants", list_variants},
-                                {"scenarios", list_scenarios},
-                                {"solvers", list_solvers},
-                                {"laws", list_laws},
-                                {"estimators", list_estimators},
-                                {"keys", list_keys},
-                                {"parameters", list_parameters},
-                                {"valves", list_valves},
+constexpr Section sections[] = {{"variants", list_variants},        {"scenarios", list_scenarios},
+                                {"solvers", list_solvers},          {"laws", list_laws},
+                                {"estimators", list_estimators},    {"keys", list_keys},
+                                {"parameters", list_parameters},    {"valves", list_valves},
                                 {"trajectories", list_trajectories}};
 
 /// Any list of like objects as a table: keys are headings.
