@@ -18,9 +18,15 @@ void RiccatiKkt<NX, NU>::setup(const Problem& problem, const Settings& settings)
            memory_.carve((n + 1) * H * W),
            memory_.carve((n + 1) * W),
            memory_.carve(XL)};
-  riccati_ = {memory_.carve((n + 1) * NX * W), memory_.carve(n * NU * W),   memory_.carve(n * NX * UL),
-              memory_.carve(n * NU * UL),      memory_.carve(n * NX * XL),  memory_.carve(n * NX * XL),
-              memory_.carve(n * UL),           memory_.carve((n + 1) * XL), memory_.carve((n + 1) * XL)};
+  riccati_ = {memory_.carve((n + 1) * NX * XL),
+              memory_.carve(n * NU * XL),
+              memory_.carve(n * NX * UL),
+              memory_.carve(n * NU * UL),
+              memory_.carve(n * NX * XL),
+              memory_.carve(n * NX * XL),
+              memory_.carve(n * UL),
+              memory_.carve((n + 1) * XL),
+              memory_.carve((n + 1) * XL)};
   zero_ = memory_.carve((n + 1) * H * W + primal_size());
   homogeneous_ = pack_;
   homogeneous_.offset = homogeneous_.gradient = homogeneous_.x0 = zero_;

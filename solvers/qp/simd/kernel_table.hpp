@@ -58,10 +58,10 @@ struct RowKernels {
   bool (*finite)(int size, const double* x);  // neither infinite nor not a number
 };
 
-/// Stage data of an optimal-control QP, packed for the lanes of one vector: [x (NX) | u (NU) | 1 | padding], W lanes.
+/// Stage data of an optimal-control QP, packed for the lanes of one vector: [x (NX) | u (NU) | padding], W lanes.
 struct StagePack {
   int stages = 0;
-  double* rows;      // [stages][NX][W]       row i of [A B], affine lane 0
+  double* rows;      // [stages][NX][W]       row i of [A B]
   double* columns;   // [stages][NX + NU][XL] column j of [A B]
   double* offset;    // [stages][XL]          c
   double* hessian;   // [stages + 1][NX + NU][W]   rows of [Q S'; S R]
@@ -71,8 +71,8 @@ struct StagePack {
 
 /// What the Riccati recursion leaves behind.
 struct RiccatiPack {
-  double* value;           // [stages + 1][NX][W]  rows of P
-  double* gain;            // [stages][NU][W]      K in the x lanes: u = -K x - k
+  double* value;           // [stages + 1][NX][XL] rows of P
+  double* gain;            // [stages][NU][XL]     rows of K: u = -K x - k
   double* gain_t;          // [stages][NX][UL]     K transposed
   double* inverse;         // [stages][NU][UL]     inverse of the reduced input Hessian
   double* closed_rows;     // [stages][NX][XL]     rows of A - B K

@@ -27,7 +27,7 @@ inline RowState evaluate(const Rows& a) {
     product += p_l + p_u;
     // What a judge sees is the row's distance to its bound, not the slack standing for it.
     raise_magnitude(most, Lane(p_l + z_l * r_l)), raise_magnitude(most, Lane(p_u + z_u * r_u));
-    const Lane held = fixed > 0.0 ? v - get(a.lower, i) : Lane{};
+    const Lane held = where_positive(fixed, Lane(v - get(a.lower, i)));
     raise_magnitude(most, Lane(held * get(a.z_f, i)));
   }
   return {largest<8>(residual), sum<8>(product), largest<8>(most)};
@@ -87,7 +87,7 @@ inline void advance(const Rows& a, double primal, double dual) {
     put(a.t_u, i, get(a.t_u, i) + primal * get(a.dt_u, i));
     put(a.z_l, i, get(a.z_l, i) + dual * get(a.dz_l, i));
     put(a.z_u, i, get(a.z_u, i) + dual * get(a.dz_u, i));
-    const Lane fixed = get(a.fixed, i), held = fixed > 0.0 ? get(a.nu, i) : Lane{};
+    const Lane fixed = get(a.fixed, i), held = where_positive(fixed, get(a.nu, i));
     put(a.z_f, i, get(a.z_f, i) + dual * held);
   }
 }
