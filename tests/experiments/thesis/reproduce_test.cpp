@@ -252,7 +252,7 @@ TEST(ReproduceCommand, RefusesUnknownNamesFormatsAndJobsInOneLine) {
 TEST(ReproduceCommand, AFullDiskIsAnErrorInOneLine) {
   const test::ProgramRun run = test::run_program({"reproduce", "table-6-2", "--format", "csv"}, "", "/dev/full");
   EXPECT_EQ(run.exit_code, 2);
-  EXPECT_THAT(run.err, HasSubstr("standard output cannot be written"));
+  EXPECT_THAT(run.err, HasSubstr("standard output: cannot be written"));
 }
 
 }  // namespace
