@@ -116,9 +116,10 @@ std::string not_told_apart(const RatioStudy& study) {
 
 /// What is recommended, and under each change of the assumptions.
 Table verdicts_table(const RatioStudy& study) {
-  Table table{.name = "verdicts",
-              .columns = {Column("change", "assumption changed", "<"), Column("share", "recommended share", ".3g"),
-                          Column("lead", "lead", ".2f"), Column("hybrid_share", "best hybrid", ".3g")}};
+  Table table{
+      .name = "verdicts",
+      .columns = {Column("change"), Column("", "assumption changed", "<"), Column("share", "recommended share", ".3g"),
+                  Column("lead", "lead", ".2f"), Column("hybrid_share", "best hybrid", ".3g")}};
   const std::vector<RatioVerdict> verdicts = verdicts_of(study);
   if (verdicts.empty()) {
     table.title = "No ratio stands: in each a run ended badly.";
@@ -131,7 +132,8 @@ Table verdicts_table(const RatioStudy& study) {
     table.title += fmt::format("\nAmong those with cylinder and motor: {}.", share_text(*now.hybrid_share));
   if (const std::string close = not_told_apart(study); !close.empty())
     table.title += "\nNot told apart from the recommended by the errors' 95 % intervals: " + close + ".";
-  for (const RatioVerdict& v : verdicts) table.add({v.change, v.share, v.lead, v.hybrid_share});
+  for (const RatioVerdict& v : verdicts)
+    table.add({v.change, v.change.empty() ? "none" : v.change, v.share, v.lead, v.hybrid_share});
   const auto same = std::ranges::count(verdicts, now.share, &RatioVerdict::share) - 1,
              same_hybrid = std::ranges::count(verdicts, now.hybrid_share, &RatioVerdict::hybrid_share) - 1;
   table.notes = {fmt::format("The recommendation stays in {0} of {2} changes, the best hybrid in {1} of {2}.", same,

@@ -4,6 +4,7 @@
 #include "core/mpc/rollout.hpp"
 #include "experiments/campaign/simulate.hpp"
 #include "experiments/profile/record.hpp"
+#include "experiments/profile/replay.hpp"
 #include "experiments/profile/shipped_instances.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
@@ -264,11 +265,39 @@ duration_s = 0.5
   EXPECT_THAT(refusal(sealed(bytes)), HasSubstr("flags 1, 2, 4, from version 2 on 8"));
 }
 
+/// Relaxed variants start from what the plan before kept of its relaxation: with it in the record a solve repeats.
+TEST(ProfileInstances, TheRelaxationOfAWarmStartIsKept) {
+  const test::Folder folder;
+  const Campaign campaign = read_campaign(folder.write("relaxed.toml", R"(
+variants = ["relaxed_pwm", "joint_relaxed"]
+[[scenario]]
+name       = "quick"
+trajectory = { kind = "cycloidal", move_s = 0.2, dwell_s = 0.1 }
+)"));
+  const InstanceSet set = record_instances(campaign, 20);
+  const std::string bytes = instance_bytes(set);
+  const InstanceSet again = parse_instances(bytes, "again");
+  EXPECT_EQ(instance_bytes(again), bytes);
+  for (const VariantInstances& v : again.variants) {
+    EXPECT_GE(v.records.size(), 15u) << v.name;
+    int known = 0;
+    for (const InstanceRecord& r : v.records) known += !r.warm_weights.empty();
+    EXPECT_GE(known, static_cast<int>(v.records.size()) - 1) << v.name;  // but the first of a run
+    const auto replay = make_replay(again, v, 1e-3);
+    std::vector<ReplaySample> samples(v.records.size());
+    replay->pass(false, samples);
+    EXPECT_EQ(replay->plans_as_recorded(), v.records.size()) << v.name;
+  }
+  std::string older = bytes;
+  older[8] = 2;
+  EXPECT_THAT(refusal(sealed(older)), HasSubstr("from 3 on 16"));
+}
+
 TEST(ProfileInstances, OtherFilesAndVersionsAreNamed) {
   EXPECT_THAT(refusal("[[scenario]]\nname = 'x'\n"), HasSubstr("no instance file"));
   std::string bytes = instance_bytes(small_set());
-  bytes[8] = 3;
-  EXPECT_THAT(refusal(sealed(bytes)), HasSubstr("version 3 (allowed: 1 to 2)"));
+  bytes[8] = 4;
+  EXPECT_THAT(refusal(sealed(bytes)), HasSubstr("version 4 (allowed: 1 to 3)"));
   bytes[8] = 1;  // nothing in this set is new in version 2
   EXPECT_EQ(refusal(sealed(bytes)), "");
   InstanceSet wrong = small_set();
