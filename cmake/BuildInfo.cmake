@@ -16,7 +16,7 @@ function(solenoid_build_info target)
   endif()
   set(generated ${CMAKE_CURRENT_BINARY_DIR}/build_info.cpp)
   file(CONFIGURE OUTPUT ${generated} @ONLY CONTENT [[
-#include "experiments/build_info.hpp"
+#include "experiments/base/build_info.hpp"
 
 namespace solenoid {
 

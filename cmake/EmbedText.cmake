@@ -1,6 +1,7 @@
 # solenoid_embed_texts(<target> <files...> [ALIASED <folder> <files...>]): the files' contents inside the target, so that an
-# installed program needs no data folder. Names are relative to the calling folder, those after ALIASED <folder>/<file's own name>;
-# experiments/embedded.hpp declares how to read them.
+# installed program needs no data folder. Names are relative to data/ below the calling folder, or to the calling folder itself;
+# those after ALIASED are <folder>/<file's own name>.
+# experiments/base/embedded.hpp declares how to read them.
 function(solenoid_embed_texts target)
   cmake_parse_arguments(arg "" "" "ALIASED" ${ARGN})
   list(POP_FRONT arg_ALIASED folder)
@@ -10,6 +11,7 @@ function(solenoid_embed_texts target)
     set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
     file(READ ${file} text)
     file(RELATIVE_PATH name ${CMAKE_CURRENT_SOURCE_DIR} ${file})
+    string(REGEX REPLACE "^data/" "" name ${name})
     if(file IN_LIST arg_ALIASED)
       get_filename_component(name ${file} NAME)
       string(PREPEND name ${folder}/)
@@ -19,7 +21,7 @@ function(solenoid_embed_texts target)
   endforeach()
   set(generated ${CMAKE_CURRENT_BINARY_DIR}/embedded.cpp)
   file(CONFIGURE OUTPUT ${generated} @ONLY CONTENT [[
-#include "experiments/embedded.hpp"
+#include "experiments/base/embedded.hpp"
 
 namespace solenoid {
 

@@ -2,12 +2,11 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-install(TARGETS core solvers controllers EXPORT solenoidTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(TARGETS solenoid_program RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-foreach(folder core solvers controllers)
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/solenoid
-          FILES_MATCHING PATTERN "*.hpp" PATTERN "*.ipp")
-endforeach()
+install(TARGETS solenoid_core solenoid_solvers solenoid_controllers EXPORT solenoidTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+if(TARGET solenoid_program)
+  install(TARGETS solenoid_program RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
+install(DIRECTORY ${SOLENOID_INCLUDE_DIR}/solenoid DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/solenoid)
 install(EXPORT solenoidTargets NAMESPACE solenoid:: DESTINATION ${package_dir})

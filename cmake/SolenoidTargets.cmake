@@ -1,4 +1,4 @@
-# What every target of the project shares: warnings, sanitizers, include root, floating-point contract.
+# What every target of the project shares: warnings, sanitizers, include roots, floating-point contract.
 
 find_program(SOLENOID_CCACHE ccache)
 if(SOLENOID_CCACHE)
@@ -6,28 +6,54 @@ if(SOLENOID_CCACHE)
 endif()
 
 add_library(solenoid_flags INTERFACE)
-target_compile_options(solenoid_flags INTERFACE -Wall -Wextra -Wconversion -Werror)
+target_include_directories(solenoid_flags INTERFACE ${PROJECT_SOURCE_DIR})
+target_compile_options(solenoid_flags INTERFACE -Wall -Wextra -Wconversion $<$<BOOL:${SOLENOID_WERROR}>:-Werror>)
 if(SOLENOID_SANITIZE)
   target_compile_options(solenoid_flags INTERFACE -fsanitize=${SOLENOID_SANITIZE} -fno-omit-frame-pointer
                                                   -fno-sanitize-recover=all)
   target_link_options(solenoid_flags INTERFACE -fsanitize=${SOLENOID_SANITIZE})
 endif()
 
-# solenoid_library(<name> DEPENDS <targets...>): a static library from every .cpp below the calling folder.
+# The library's headers as another project includes them, <solenoid/core/...>: copied into the build folder, installed from there.
+set(SOLENOID_INCLUDE_DIR ${PROJECT_BINARY_DIR}/include)
+set(public_headers)
+foreach(folder core solvers controllers)
+  file(GLOB_RECURSE headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.hpp ${PROJECT_SOURCE_DIR}/${folder}/*.ipp)
+  list(APPEND public_headers ${headers})
+endforeach()
+set(headers_script ${PROJECT_SOURCE_DIR}/cmake/PublicHeaders.cmake)
+add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/public_headers.stamp
+  COMMAND ${CMAKE_COMMAND} -DROOT=${PROJECT_SOURCE_DIR} -DTO=${SOLENOID_INCLUDE_DIR}/solenoid -P ${headers_script}
+  COMMAND ${CMAKE_COMMAND} -E touch ${PROJECT_BINARY_DIR}/public_headers.stamp
+  DEPENDS ${public_headers} ${headers_script} VERBATIM)
+add_custom_target(solenoid_headers DEPENDS ${PROJECT_BINARY_DIR}/public_headers.stamp)
+
+# solenoid_library(<name> DEPENDS <targets...> [FOLDERS <folders...>] [EXCLUDE <regexes...>] [WITHOUT <target>]): a static library
+# solenoid_<name>, known as solenoid::<name>, from every .cpp below the calling folder or these folders of it; EXCLUDE leaves out
+# files by their path, WITHOUT those of another target.
 function(solenoid_library name)
-  cmake_parse_arguments(arg "" "" "DEPENDS;EXCLUDE" ${ARGN})
-  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  cmake_parse_arguments(arg "" "WITHOUT" "DEPENDS;FOLDERS;EXCLUDE" ${ARGN})
+  set(patterns ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  if(arg_FOLDERS)
+    list(TRANSFORM arg_FOLDERS REPLACE "(.+)" "${CMAKE_CURRENT_SOURCE_DIR}/\\1/*.cpp" OUTPUT_VARIABLE patterns)
+  endif()
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${patterns})
   foreach(pattern IN LISTS arg_EXCLUDE)
     list(FILTER sources EXCLUDE REGEX ${pattern})
   endforeach()
-  add_library(${name} STATIC ${sources})
-  add_library(solenoid::${name} ALIAS ${name})
-  set_target_properties(${name} PROPERTIES OUTPUT_NAME solenoid_${name} POSITION_INDEPENDENT_CODE ON)
-  target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
-                                            $<INSTALL_INTERFACE:include/solenoid> $<INSTALL_INTERFACE:include>)
-  target_compile_features(${name} PUBLIC cxx_std_20)
+  if(arg_WITHOUT)
+    get_target_property(others ${arg_WITHOUT} SOURCES)
+    list(REMOVE_ITEM sources ${others})
+  endif()
+  set(target solenoid_${name})
+  add_library(${target} STATIC ${sources})
+  add_library(solenoid::${name} ALIAS ${target})
+  add_dependencies(${target} solenoid_headers)
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
+  target_include_directories(${target} INTERFACE $<BUILD_INTERFACE:${SOLENOID_INCLUDE_DIR}> $<INSTALL_INTERFACE:include>)
+  target_compile_features(${target} PUBLIC cxx_std_20)
   # One formula, one rounding: without contraction the scalar path and every SIMD lane agree to the last bit.
   # Nobody reads errno after sqrt; keeping it costs a branch and spills around every root of a prediction.
-  target_compile_options(${name} PUBLIC -ffp-contract=off -fno-math-errno)
-  target_link_libraries(${name} PUBLIC ${arg_DEPENDS} PRIVATE $<BUILD_INTERFACE:solenoid_flags>)
+  target_compile_options(${target} PUBLIC -ffp-contract=off -fno-math-errno)
+  target_link_libraries(${target} PUBLIC ${arg_DEPENDS} PRIVATE $<BUILD_INTERFACE:solenoid_flags>)
 endfunction()

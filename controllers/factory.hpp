@@ -1,8 +1,10 @@
 #pragma once
 
+#include "controllers/any_solver.hpp"
+#include "controllers/catalogue.hpp"
+#include "controllers/controller_shell.hpp"
 #include "controllers/variant.hpp"
-#include "core/actuator/prestabilised.hpp"
-#include "core/mpc/solver.hpp"
+#include "core/actuator/valves.hpp"
 #include "core/rt/controller.hpp"
 #include "core/safety/limits.hpp"
 
@@ -10,29 +12,21 @@
 
 namespace solenoid {
 
-/// Puts something between a controller and its solver: a recorder, a stopwatch, a slow twin.
-class SolverWrapper {
- public:
-  virtual ~SolverWrapper() = default;
-  virtual std::unique_ptr<Solver<PneumaticActuator>> wrap(std::unique_ptr<Solver<PneumaticActuator>> solver) = 0;
-  virtual std::unique_ptr<Solver<PrestabilisedActuator>> wrap(
-      std::unique_ptr<Solver<PrestabilisedActuator>> solver) = 0;
-};
-
-/// The controller of a variant, tracking `reference`, with the arm in `plane`. Throws ConfigError or
-/// std::invalid_argument for impossible combinations.
+/// The controller of a variant, tracking `reference`, with the arm in `plane`; `decorate` gets its solver, if it has
+/// one, before the controller does. Throws ConfigError or std::invalid_argument for impossible combinations.
 std::unique_ptr<Controller> make_controller(const VariantConfig& variant, const Trajectory& reference, Plane plane,
-                                            SolverWrapper* wrapper = nullptr);
+                                            const SolverDecorator& decorate = {});
 
 /// The problem a variant poses in each period, without state and reference. Model: PneumaticActuator, or
-/// PrestabilisedActuator for variants with the motor in the prediction
-/// (predicts_motor()).
+/// PrestabilisedActuator for variants with the motor in the prediction (predicts_motor()).
 template <HybridModel Model>
 Problem<Model> make_problem(const VariantConfig& variant, Plane plane);
 
-/// The variant's solver, one of VariantChoices::solvers().
+/// The variant's solver.
 template <HybridModel Model>
-std::unique_ptr<Solver<Model>> make_solver(const VariantConfig& variant);
+std::unique_ptr<Solver<Model>> make_solver(const VariantConfig& variant) {
+  return solver_row(variant.solver).make.of<Model>(variant);
+}
 /// The solver of this name with the settings of a variant that says nothing more.
 template <HybridModel Model>
 std::unique_ptr<Solver<Model>> make_solver(const std::string& name) {
@@ -43,5 +37,30 @@ std::unique_ptr<Solver<Model>> make_solver(const std::string& name) {
 
 /// The exit every command of this variant passes.
 CommandLimits make_limits(const VariantConfig& variant);
+
+/// What the variant believes, with the arm in this plane.
+template <HybridModel Model>
+Model make_model(const VariantConfig& v, Plane plane) {
+  ActuatorParameters believed = v.believed;
+  believed.plane = plane;
+  if constexpr (HasFeedback<Model>)
+    return Model(believed, v.motor_gains);
+  else
+    return Model(believed);
+}
+
+/// The motor's law beside the valves.
+MotorLaw make_motor(const VariantConfig& variant, const PneumaticActuator& model);
+
+/// A decider with the estimator, references and exits of its variant around it.
+template <class Decider>
+std::unique_ptr<Controller> make_shell(const VariantConfig& v, const Trajectory& reference, Plane plane,
+                                       Decider decider) {
+  const auto model = make_model<PneumaticActuator>(v, plane);
+  typename ControllerShell<Decider>::Parts parts{reference, make_estimator(v.estimator, model, v.estimation),
+                                                 v.use_estimate, make_motor(v, model),
+                                                 valve_modes(v.valves, model.parameters())};
+  return std::make_unique<ControllerShell<Decider>>(std::move(parts), std::move(decider));
+}
 
 }  // namespace solenoid

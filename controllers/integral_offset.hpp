@@ -14,6 +14,7 @@ struct IntegralSettings {
   double gain = 0.0;
   double forgetting = 1.0;
   double limit_m = std::numeric_limits<double>::infinity();
+  bool operator==(const IntegralSettings&) const = default;
 };
 
 class IntegralOffset {

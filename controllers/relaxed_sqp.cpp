@@ -2,13 +2,36 @@
 #include "solvers/sqp/sqp.hpp"
 
 namespace solenoid {
+namespace {
+
+/// The Sqp of whatever size the problem turns out to need.
+template <HybridModel Model>
+class SizedSqp final : public RelaxedSolver<Model> {
+ public:
+  void prepare(const Problem<Model>& problem, const RelaxedGrid& grid) override {
+    sqp_ = make_sqp(problem, {.max_iterations = 8}, std::tuple<SqpSize<2, 2>, SqpSize<4, 4>>());
+    sqp_->prepare(problem, grid);
+  }
+  Report solve(const Problem<Model>& problem, RelaxedPlan<Model>& plan, Deadline deadline) noexcept override {
+    return sqp_->solve(problem, plan, deadline);
+  }
+  bool anticipates() const override { return sqp_->anticipates(); }
+  void anticipate(const Problem<Model>& expected, const RelaxedPlan<Model>& warm_start) noexcept override {
+    sqp_->anticipate(expected, warm_start);
+  }
+
+ private:
+  std::unique_ptr<RelaxedSolver<Model>> sqp_;
+};
+
+}  // namespace
 
 template <HybridModel Model>
-std::unique_ptr<RelaxedSolver<Model>> make_relaxed_sqp(const Problem<Model>& problem) {
-  return make_sqp(problem, {.max_iterations = 8}, std::tuple<SqpSize<2, 2>, SqpSize<4, 4>>());
+std::unique_ptr<RelaxedSolver<Model>> make_relaxed_sqp() {
+  return std::make_unique<SizedSqp<Model>>();
 }
 
-template std::unique_ptr<RelaxedSolver<PneumaticActuator>> make_relaxed_sqp(const Problem<PneumaticActuator>&);
-template std::unique_ptr<RelaxedSolver<PrestabilisedActuator>> make_relaxed_sqp(const Problem<PrestabilisedActuator>&);
+template std::unique_ptr<RelaxedSolver<PneumaticActuator>> make_relaxed_sqp();
+template std::unique_ptr<RelaxedSolver<PrestabilisedActuator>> make_relaxed_sqp();
 
 }  // namespace solenoid

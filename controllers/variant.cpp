@@ -1,46 +1,18 @@
 #include "controllers/variant.hpp"
 
-#include "controllers/baselines/read_law.hpp"
+#include "controllers/catalogue.hpp"
 #include "controllers/timing.hpp"
+#include "controllers/variant_keys.hpp"
 #include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
 
 #include <algorithm>
-#include <filesystem>
 #include <numeric>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace solenoid {
-
-const std::vector<std::string>& VariantChoices::estimators() {
-  static const std::vector<std::string> names = {"thesis", "ekf", "payload_ekf", "mhe"};
-  return names;
-}
-const std::vector<std::string>& VariantChoices::estimate_uses() {
-  static const std::vector<std::string> names = {"state", "payload", "disturbance", "payload_and_disturbance"};
-  return names;
-}
-const std::vector<std::string>& VariantChoices::solvers() {
-  static const std::vector<std::string> names = {
-      "exhaustive", "branch_and_bound", "extended_cost", "sum_up_rounding", "cia", "bonmin"};
-  return names;
-}
-const std::vector<std::string>& VariantChoices::relaxed_solvers() {
-  static const std::vector<std::string> names = {"sqp", "ipopt"};
-  return names;
-}
-const std::vector<std::string>& VariantChoices::laws() {
-  static const std::vector<std::string> names = {"pulse_width_pid", "three_mode_sliding", "switching_hybrid"};
-  return names;
-}
-bool VariantConfig::lawful() const { return std::ranges::count(VariantChoices::laws(), solver) > 0; }
-bool VariantConfig::relaxed() const { return std::ranges::count(VariantChoices::relaxed_solvers(), solver) > 0; }
-const std::vector<std::string>& VariantChoices::motors() {
-  static const std::vector<std::string> names = {"none", "pd", "inverse_dynamics", "in_prediction", "joint"};
-  return names;
-}
-
 namespace {
 
 void read_model(TableReader& table, VariantConfig& v) {
@@ -52,7 +24,8 @@ void read_model(TableReader& table, VariantConfig& v) {
   }
   v.model = table.text_or("model", v.model);
   if (v.model.ends_with(".toml")) {
-    v.believed = read_parameters_file((std::filesystem::path(table.folder()) / v.model).string());
+    TableReader parameters = table.file_table("model");
+    v.believed = read_parameters(parameters);
     return;
   }
   try {
@@ -62,118 +35,114 @@ void read_model(TableReader& table, VariantConfig& v) {
   }
 }
 
-void read_horizon(TableReader& table, VariantConfig& v) {
+void read_blocks(TableReader& table, HorizonSettings& h) {
   if (!table.has("horizon")) return;
   TableReader horizon = table.table("horizon");
-  v.steps = horizon.integer_or("steps", v.steps, 1, 1000);
-  v.blocks = horizon.has("blocks") ? horizon.integers("blocks", 1, 200) : std::vector<int>{};
-  horizon.finish();
-  if (v.blocks.empty()) return;
-  const int periods = std::accumulate(v.blocks.begin(), v.blocks.end(), 0);
-  if (periods * ticks_per_period != v.steps)
+  h.blocks = horizon.has("blocks") ? horizon.integers("blocks", 1, 200) : std::vector<int>{};
+  if (h.blocks.empty()) return;
+  const int periods = std::accumulate(h.blocks.begin(), h.blocks.end(), 0);
+  if (periods * ticks_per_period != h.steps)
     horizon.fail("blocks",
                  fmt::format("{} periods of {} steps are not the horizon's {} steps (allowed: blocks that add "
                              "up to steps / {}, or none for one block)",
-                             periods, ticks_per_period, v.steps, ticks_per_period));
+                             periods, ticks_per_period, h.steps, ticks_per_period));
 }
 
-void read_cost(TableReader& table, VariantConfig& v) {
-  if (!table.has("cost")) return;
-  TableReader cost = table.table("cost");
-  const Range weight = Range::non_negative();
-  v.position_weight = cost.number_or("position", v.position_weight, weight);
-  v.velocity_weight = cost.number_or("velocity", v.velocity_weight, weight);
-  v.switching_weight = cost.number_or("switching", v.switching_weight, weight);
-  v.air_weight = cost.number_or("air", v.air_weight, weight);
-  v.terminal_position_weight = cost.number_or("terminal_position", v.terminal_position_weight, weight);
-  v.terminal_velocity_weight = cost.number_or("terminal_velocity", v.terminal_velocity_weight, weight);
-  v.motor_weight = cost.number_or("motor", v.motor_weight, weight);
-  if (v.solver == "extended_cost")
-    v.terminal_acceleration_weight = cost.number_or("terminal_acceleration", 0.0, weight);
-  cost.finish();
+void read_rest(TableReader& table, PhaseSettings& phases) {
+  if (!table.has("phases")) return;
+  TableReader reader = table.table("phases");
+  phases.exhaust = reader.text_or("rest", "closed", {"closed", "exhaust"}) == "exhaust";
 }
 
-void read_rounding(TableReader& table, VariantConfig& v) {
-  if (!table.has("rounding")) return;
-  TableReader rounding = table.table("rounding");
-  v.rounding_improves = rounding.boolean_or("improve", v.rounding_improves);
-  v.relaxing_iterations = rounding.integer_or("iterations", v.relaxing_iterations, 0, 10000);
-  rounding.finish();
+void check_estimation(TableReader& table, const EstimatorTuning& t) {
+  if (!table.has("estimation")) return;
+  const TableReader reader = table.table("estimation");
+  if (!(t.position_low_m < t.position_high_m))
+    reader.fail("position_high_m", fmt::format("not above position_low_m (allowed: above {:g})", t.position_low_m));
+  if (!(t.pressure_low_pa < t.pressure_high_pa))
+    reader.fail("pressure_high_pa", fmt::format("not above pressure_low_pa (allowed: above {:g})", t.pressure_low_pa));
 }
 
-void read_integral(TableReader& table, VariantConfig& v) {
-  if (!table.has("integral")) return;
-  TableReader integral = table.table("integral");
-  v.integral.gain = integral.number_or("gain", v.integral.gain, Range::non_negative());
-  v.integral.forgetting = integral.number_or("forgetting", v.integral.forgetting, Range::between(0.0, 1.0));
-  v.integral.limit_m = integral.number_or("limit_m", v.integral.limit_m, Range::positive());
-  integral.finish();
-}
-
-void read_motor(TableReader& table, VariantConfig& v) {
-  v.motor = table.text_or("motor", v.motor, VariantChoices::motors());
-  if (v.motor == "joint" && (v.solver == "exhaustive" || v.solver == "branch_and_bound" || v.solver == "extended_cost"))
-    table.fail("motor", fmt::format("'joint' needs a solver that chooses continuous inputs, not '{}' (allowed solvers: "
-                                    "sum_up_rounding, cia, bonmin, sqp, ipopt)",
-                                    v.solver));
-  if (!table.has("motor_gains")) return;
-  TableReader gains = table.table("motor_gains");
-  v.motor_gains.proportional = gains.number_or("proportional", v.motor_gains.proportional, Range::non_negative());
-  v.motor_gains.derivative = gains.number_or("derivative", v.motor_gains.derivative, Range::non_negative());
-  gains.finish();
-}
-
-void read_estimator(TableReader& table, VariantConfig& v) {
-  v.estimator = table.text_or("estimator", v.estimator, VariantChoices::estimators());
-  v.estimation = estimator_tuning(v.estimator);
-  if (table.has("estimation")) {
-    TableReader estimation = table.table("estimation");
-    read_estimator_tuning(estimation, v.estimation);
-  }
-  const std::string use = table.text_or("use_estimate", "state", VariantChoices::estimate_uses());
+void read_use_of_estimate(TableReader& table, const EstimatorRow& row, VariantConfig& v) {
+  const std::string use =
+      table.text_or("use_estimate", "state", {"state", "payload", "disturbance", "payload_and_disturbance"});
   v.use_estimate = {use.starts_with("payload"), use.ends_with("disturbance")};
-  if ((v.use_estimate.payload || v.use_estimate.disturbance) && v.estimator == "thesis")
-    table.fail("use_estimate", "the estimator 'thesis' has nothing but the state (allowed: state)");
+  if (use != "state" && !row.finds_load)
+    table.fail("use_estimate", fmt::format("the estimator '{}' has nothing but the state (allowed: state)", row.name));
 }
 
-/// What is left of a variant without a solver: its law, and no key that a law has no use for.
-VariantConfig read_law_variant(TableReader& table, VariantConfig v) {
-  read_model(table, v);
-  read_motor(table, v);
-  read_law(table, v);
-  table.finish();
-  return v;
+void check_valves(const TableReader& table, const VariantConfig& v, const std::vector<std::string>& allowed) {
+  if (allowed.empty() || std::ranges::count(allowed, v.valves) > 0) return;
+  table.fail("valves", fmt::format("'{}' lacks modes that '{}' needs, or has more than it is made for (allowed: {})",
+                                   v.valves, v.solver, fmt::join(allowed, ", ")));
+}
+
+void check_joint(const TableReader& table, const VariantConfig& v, const SolverRow& row) {
+  if (v.motor != "joint" || row.chooses_continuous) return;
+  std::vector<std::string> able;
+  for (const SolverRow& other : solver_rows())
+    if (other.chooses_continuous) able.push_back(other.name);
+  table.fail("motor",
+             fmt::format("'joint' needs a solver that chooses continuous inputs, not '{}' (allowed solvers: {})",
+                         v.solver, fmt::join(able, ", ")));
+}
+
+std::vector<std::string> solvers_and_laws() {
+  std::vector<std::string> names = names_of(solver_rows());
+  std::ranges::copy(names_of(law_rows()), std::back_inserter(names));
+  return names;
+}
+
+/// Whatever chooses the modes: the keys of its groups, those that every variant has, and what it refuses.
+template <class Row>
+void read_chooser(TableReader& table, const Row& row, VariantConfig& v) {
+  std::vector<std::string> groups = row.groups;
+  groups.insert(groups.end(), {"", "estimation"});
+  read_keys(table, groups, v);
+  check_estimation(table, v.estimation);
+  check_valves(table, v, row.valves);
 }
 
 }  // namespace
+
+bool VariantConfig::is_feedback_law() const { return find_row(law_rows(), solver) != nullptr; }
+
+bool VariantConfig::predicts_motor() const {
+  if (motor != "joint") return motor == "in_prediction";
+  const SolverRow* row = find_row(solver_rows(), solver);
+  return !(row && row->plans_whole_force);
+}
 
 VariantConfig read_variant(TableReader& table, const std::string& name) {
   VariantConfig v;
   v.name = name;
   v.summary = table.text_or("summary", "");
   v.valves = table.text_or("valves", v.valves, valve_configurations());
-  read_estimator(table, v);
-  std::vector<std::string> solvers = VariantChoices::solvers();
-  for (const auto* more : {&VariantChoices::relaxed_solvers(), &VariantChoices::laws()})
-    solvers.insert(solvers.end(), more->begin(), more->end());
-  v.solver = table.text_or("solver", v.solver, solvers);
-  if (v.lawful()) return read_law_variant(table, v);
-  v.latency_ticks = table.integer_or("latency_ticks", 0, 0, ticks_per_period);
-  if (table.has("deadline_ms")) v.deadline_ms = table.number("deadline_ms", Range::positive());
+  v.estimator = table.text_or("estimator", v.estimator, names_of(estimator_rows()));
+  const EstimatorRow& estimator = estimator_row(v.estimator);
+  v.estimation = estimator.tuning;
+  v.solver = table.text_or("solver", v.solver, solvers_and_laws());
+  v.motor = table.text_or("motor", v.motor, {"none", "pd", "inverse_dynamics", "in_prediction", "joint"});
   read_model(table, v);
-  read_horizon(table, v);
-  read_cost(table, v);
-  read_integral(table, v);
-  read_motor(table, v);
-  read_rounding(table, v);
-  if (v.relaxed() && v.latency_ticks != 0)
-    table.fail("latency_ticks", fmt::format("the solver '{}' works without latency (allowed: 0)", v.solver));
-  if (v.solver == "extended_cost" && v.blocks.size() > 1 && v.valves == "three_way")
-    table.fail("valves",
-               "extended_cost with more than one block closes every valve after the first (allowed: two_way, "
-               "three_mode, seven_mode)");
+  read_use_of_estimate(table, estimator, v);
+  if (const LawRow* law = find_row(law_rows(), v.solver)) {
+    read_chooser(table, *law, v);
+    if (std::ranges::count(law->groups, "phases") > 0) read_rest(table, v.phases);
+    law->check(table, v);
+  } else {
+    const SolverRow& row = solver_row(v.solver);
+    read_chooser(table, row, v);
+    read_blocks(table, v.horizon);
+    check_joint(table, v, row);
+    row.check(table, v);
+  }
   table.finish();
   return v;
+}
+
+bool same_controller(VariantConfig a, VariantConfig b) {
+  a.name = b.name = a.summary = b.summary = {};
+  return a == b;
 }
 
 }  // namespace solenoid

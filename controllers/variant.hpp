@@ -17,9 +17,32 @@ class TableReader;
 /// Which parts of the estimate enter the prediction model beside the state.
 struct UseEstimate {
   bool payload = false, disturbance = false;
+  bool operator==(const UseEstimate&) const = default;
 };
 
-/// A controller as data: one [variant.NAME] table. The defaults are the thesis's DMPC without integral action.
+struct HorizonSettings {
+  int steps = 100;                 ///< N_p, model steps of 1 ms
+  std::vector<int> blocks = {20};  ///< 5 ms periods each; empty: one block of all steps
+  bool operator==(const HorizonSettings&) const = default;
+};
+
+/// Weights of problem.hpp's cost on position [m], velocity [m/s], coil changes, air [kg] and force [N].
+struct CostSettings {
+  double position = 1.0, velocity = 0.0, switching = 0.0, air = 0.0;
+  double terminal_position = 0.0, terminal_velocity = 0.0;
+  double terminal_acceleration = 0.0;  ///< of ExtendedCostSearch
+  double motor = 0.0;                  ///< on the squared force that a joint plan chooses
+  bool operator==(const CostSettings&) const = default;
+};
+
+struct RoundingSettings {
+  bool improve = true;  ///< mode swaps and motor re-optimised after rounding
+  int iterations = 15;  ///< of the relaxation before rounding
+  bool operator==(const RoundingSettings&) const = default;
+};
+
+/// A controller as data: one [variant.NAME] table. The defaults are the thesis's DMPC without integral action; what a
+/// key means and may be stands in variant_keys.cpp, which of them a solver or law reads in catalogue.cpp.
 struct VariantConfig {
   std::string name;
   std::string summary;  ///< one line for `list`
@@ -27,45 +50,34 @@ struct VariantConfig {
   std::string model = "consistent";  ///< a parameter set's name, or a file of parameters
   ActuatorParameters believed;       ///< `model`, read
   std::string estimator = "thesis";
-  EstimatorTuning estimation;  ///< of the estimator's name, with what the variant overrides
-  UseEstimate use_estimate;    ///< in the prediction and in inverse dynamics; the state always is
-  int latency_ticks = 0;       ///< from sampling to a plan's taking effect
-  std::string solver = "exhaustive";
-  int steps = 100;                 ///< N_p, model steps of 1 ms
-  std::vector<int> blocks = {20};  ///< 5 ms periods each; empty: one block of all steps
-  double position_weight = 1.0, velocity_weight = 0.0, switching_weight = 0.0, air_weight = 0.0;
-  double terminal_position_weight = 0.0, terminal_velocity_weight = 0.0;
-  double motor_weight = 0.0;  ///< on the squared motor force that a joint plan adds to the law [1/N2]
+  EstimatorTuning estimation;         ///< of the estimator's name, with what the variant overrides
+  UseEstimate use_estimate;           ///< in the prediction and in inverse dynamics; the state always is
+  std::string solver = "exhaustive";  ///< or a feedback law
+  int latency_ticks = 0;              ///< from sampling to a plan's taking effect
+  std::optional<double> deadline_ms;  ///< budget of one solve; none: to the end
+  HorizonSettings horizon;
+  CostSettings cost;
+  RoundingSettings rounding;
   IntegralSettings integral;
   std::string motor = "none";
   MotorGains motor_gains;
-  bool rounding_improves = true;              ///< mode swaps and motor re-optimised after rounding
-  int relaxing_iterations = 15;               ///< of the relaxation before rounding
-  std::optional<double> deadline_ms;          ///< budget of one solve; none: to the end
-  double terminal_acceleration_weight = 0.0;  ///< of ExtendedCostSearch
-  PulseWidthSettings pulse_width;             ///< of the valve laws
+  PulseWidthSettings pulse_width;
   SlidingSettings sliding;
   PhaseSettings phases;
 
-  bool relaxed() const;  ///< solver is one of VariantChoices::relaxed_solvers()
-  bool lawful() const;   ///< solver is one of VariantChoices::laws()
   bool hybrid() const { return motor != "none"; }
-  /// Whether the prediction has the motor's law in it: the model is then PrestabilisedActuator. Relaxed joint plans
-  /// choose the whole force themselves.
-  bool predicts_motor() const { return motor == "in_prediction" || (motor == "joint" && !relaxed()); }
-};
+  bool is_feedback_law() const;  ///< `solver` is a law: valves from the present state alone
+  /// Whether the prediction has the motor's law in it: the model is then PrestabilisedActuator. Solvers that plan the
+  /// whole force need no law.
+  bool predicts_motor() const;
 
-/// Values a variant's keys may take, for checks and help.
-struct VariantChoices {
-  static const std::vector<std::string>& estimators();
-  static const std::vector<std::string>& estimate_uses();
-  static const std::vector<std::string>& solvers();          ///< of mode sequences: Solver
-  static const std::vector<std::string>& relaxed_solvers();  ///< RelaxedSolver
-  static const std::vector<std::string>& laws();             ///< no solver at all: valves from the present state alone
-  static const std::vector<std::string>& motors();
+  bool operator==(const VariantConfig&) const = default;
 };
 
 /// Reads one variant. Throws ConfigError with file, line, key and what is allowed.
 VariantConfig read_variant(TableReader& table, const std::string& name);
+
+/// Whether two variants are the same controller, whatever they are called.
+bool same_controller(VariantConfig a, VariantConfig b);
 
 }  // namespace solenoid

@@ -12,8 +12,8 @@ namespace solenoid {
 /// Discrete-valued predictive control with an extended cost: one mode is chosen, by trying each.
 ///
 ///     minimise over the mode of the first block, every valve being closed in the blocks after it (if any):
-///     J = sum_j w_y e[j]^2 + w_v e'[j]^2 + switching * (coil changes) + air + terminal terms in e[N], e'[N]
-///     [problem.hpp]
+///     J = sum_j w_y e[j]^2 + w_v e'[j]^2 + switching * (coil changes) + air
+///         + terminal terms in e[N], e'[N]                                                            [problem.hpp]
 ///         + w_a e''[N]^2,    e'' = a_d - a, a the acceleration that the pressures at the end of the horizon give
 ///
 /// The last term is the one that problem.hpp does not have: it asks for pressures that leave the slide at peace when
@@ -23,7 +23,7 @@ namespace solenoid {
 ///
 /// Y. Qi, G. M. Bone, Y. Zhang, "Position control of pneumatic actuators using three-mode discrete-valued model
 /// predictive control", Actuators 8(3), 56, 2019 (DVMPC2): three modes, direct switching, a cost with more terms than
-/// the position error of DVMPC1. The terms here are our reading of it (docs/baselines.md).
+/// the position error of DVMPC1. The terms here are our reading of it (docs/results/baselines.md).
 template <HybridModel M>
 class ExtendedCostSearch final : public Solver<M> {
  public:
@@ -91,7 +91,8 @@ class ExtendedCostSearch final : public Solver<M> {
     const std::size_t last = problem.reference.size() - 1;
     const double desired =
         (problem.reference[last][velocity] - problem.reference[last - 1][velocity]) / problem.horizon.dt_s;
-    const auto motor = rollout_detail::applied_continuous<M, double>(problem, last, r.state, {});
+    ContinuousOf<M> motor{};
+    if constexpr (HasFeedback<M>) motor = problem.model.template feedback<double>(r.state, problem.setpoint[last]);
     const double error = desired - believed_acceleration(problem.model, r.state, motor[0]);
     return cost + weight_ * error * error;
   }

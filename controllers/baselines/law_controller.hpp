@@ -1,58 +1,35 @@
 #pragma once
 
 #include "controllers/baselines/law.hpp"
-#include "controllers/commands_in_flight.hpp"
-#include "controllers/estimators/estimator.hpp"
-#include "controllers/mpc_controller.hpp"
-#include "controllers/posing.hpp"
-#include "core/rt/controller.hpp"
+#include "controllers/controller_shell.hpp"
 
 namespace solenoid {
 
-/// A valve law beside a motor law, around the same estimators, references and exits as predictive control.
+/// A valve law beside a motor law. A Decider of ControllerShell: the same estimators, references and exits as
+/// predictive control.
 ///
-///     each T_s    estimate; motor force; the coils of the law
+///     each T_s    motor force; the coils of the law
 ///
 /// Law: SwitchPattern coils(const LawInput&) noexcept; void restart() noexcept.
 template <class Law>
-class LawController final : public Controller {
+class LawController {
  public:
-  struct Parts {
-    PneumaticActuator model;
-    ModeSet modes;
-    Law law;
-    RestartableReference reference;
-    MotorLaw motor;
-    Estimator estimator;
-    UseEstimate use_estimate;
-  };
-  explicit LawController(Parts parts) : parts_(std::move(parts)), in_flight_(parts_.modes) {}
+  LawController(const PneumaticActuator& model, Law law) : model_(model), law_(std::move(law)) {}
 
-  Decision step(const Sensors& sensors) noexcept override {
-    tick_ += in_flight_.catch_up(sensors, parts_.estimator);
-    Decision d;
-    d.reference = parts_.reference.at(sensors.time_s);
-    take_estimate(sensors, parts_.use_estimate, parts_.estimator, parts_.model, parts_.motor, d);
-    d.command.motor_force_n =
-        std::visit([&](const auto& law) { return law.force(d.reference, d.estimate); }, parts_.motor);
-    d.command.coils = parts_.law.coils(
-        {tick_, sensors.time_s, parts_.reference, d.reference, d.estimate, d.command.motor_force_n, parts_.model});
-    in_flight_.take(d.command, parts_.estimator);
-    ++tick_;
-    return d;
+  void believe(double payload_kg, double external_force_n) noexcept { model_.set_load(payload_kg, external_force_n); }
+  double payload_kg() const noexcept { return model_.parameters().payload_mass_kg; }
+
+  void decide(const Moment& now, Decision& d) noexcept {
+    d.command.motor_force_n = law_force(now.motor, d.reference, d.estimate);
+    d.command.coils =
+        law_.coils({now.tick, now.time_s, now.reference, d.reference, d.estimate, d.command.motor_force_n, model_});
   }
-
-  void applied(const Command& command) noexcept override { in_flight_.correct(command, parts_.estimator); }
-
-  void restart(double time_s, double position_m) noexcept override {
-    parts_.reference.restart(time_s, position_m);
-    parts_.law.restart();
-  }
+  void look_ahead(const Moment&, const Decision&, SwitchPattern) noexcept {}
+  void restart(std::int64_t) noexcept { law_.restart(); }
 
  private:
-  Parts parts_;
-  CommandsInFlight in_flight_;
-  std::int64_t tick_ = 0;
+  PneumaticActuator model_;
+  Law law_;
 };
 
 }  // namespace solenoid

@@ -61,7 +61,7 @@ class ValvePulses {
 ///
 /// R. B. van Varseveld, G. M. Bone, "Accurate position control of a pneumatic actuator using on/off solenoid valves",
 /// IEEE/ASME Transactions on Mechatronics 2(3), 195-204, 1997. The terms are the paper's; their exact forms and the
-/// split of u over the valves are our reading (docs/baselines.md).
+/// split of u over the valves are our reading (docs/results/baselines.md).
 class PulseWidthPid {
  public:
   PulseWidthPid(const PulseWidthSettings& settings, const ModeSet& three_way)

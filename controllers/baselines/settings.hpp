@@ -14,6 +14,7 @@ struct PulseWidthSettings {
   double friction_band_m = 1e-4;  ///< at rest: smaller errors are left alone
   double bias = 0.5;              ///< duty of both valves at u = 0
   int period_ticks = 16;          ///< of 1 ms, of the pulses and of the law
+  bool operator==(const PulseWidthSettings&) const = default;
 };
 
 /// Of ThreeModeSliding.
@@ -22,6 +23,7 @@ struct SlidingSettings {
   double damping = 1.0;       ///< zeta
   double dead_band_m = 1e-4;  ///< epsilon
   int every_ticks = 5;        ///< of 1 ms, between decisions
+  bool operator==(const SlidingSettings&) const = default;
 };
 
 /// Of SwitchingHybrid.
@@ -29,6 +31,7 @@ struct PhaseSettings {
   double coarse_above_m = 3e-4;  ///< a larger error takes the cylinder in
   double fine_below_m = 1e-4;    ///< a smaller one leaves it to the motor; at most coarse_above_m
   bool exhaust = false;          ///< in the fine phase: both chambers open to the air, else closed
+  bool operator==(const PhaseSettings&) const = default;
 };
 
 }  // namespace solenoid

@@ -16,7 +16,7 @@ namespace solenoid {
 /// pneumatic/electric motor", IEEE/RSJ International Conference on Intelligent Robots and Systems, 209-214, 2000: an
 /// air motor under two servo valves in a horizontal plane, one threshold. Adapted here: on/off valves, so three modes
 /// on the surface; two thresholds against chattering; closed chambers, since this motor cannot carry the load in the
-/// vertical plane (docs/baselines.md has the figures of both).
+/// vertical plane (docs/results/baselines.md has the figures of both).
 class SwitchingHybrid {
  public:
   SwitchingHybrid(const PhaseSettings& phases, const SlidingSettings& sliding, const ModeSet& modes)

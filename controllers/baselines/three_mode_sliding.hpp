@@ -17,7 +17,7 @@ namespace solenoid {
 ///
 /// T. Nguyen, J. Leavitt, F. Jabbari, J. E. Bobrow, "Accurate sliding-mode control of pneumatic systems using low-cost
 /// solenoid valves", IEEE/ASME Transactions on Mechatronics 12(2), 216-219, 2007. Surface and modes are the paper's as
-/// chapter 2 of the thesis and later comparisons give them; the scaling of s is our choice (docs/baselines.md).
+/// chapter 2 of the thesis and later comparisons give them; the scaling of s is our choice (docs/results/baselines.md).
 class ThreeModeSliding {
  public:
   ThreeModeSliding(const SlidingSettings& settings, const ModeSet& modes) : settings_(settings), patterns_(modes) {}

@@ -1,35 +1,46 @@
 #pragma once
 
-#include "controllers/estimators/kalman.hpp"
-#include "controllers/estimators/moving_horizon.hpp"
-#include "controllers/estimators/thesis_estimator.hpp"
+#include "core/actuator/dynamics.hpp"
+#include "core/rt/controller.hpp"
 
-#include <string>
-#include <variant>
+#include <memory>
+#include <utility>
 
 namespace solenoid {
 
-/// The estimator of a variant: sensors in each tick, the inputs in effect until the next one afterwards.
-/// promise  update, applied: no allocation, lock or exception
+/// The estimator of a variant, of whatever kind: sensors in each tick, the inputs in effect until the next one
+/// afterwards. A kind has the three functions below; the catalogue has a row for each.
+/// promise  update, applied, detail: no allocation, lock or exception
 class Estimator {
  public:
-  /// "thesis", "ekf", "payload_ekf" or "mhe" over this believed model. May allocate; throws std::invalid_argument.
-  Estimator(const std::string& name, const PneumaticActuator& model, const EstimatorTuning& tuning);
+  template <class Kind>
+  explicit Estimator(Kind kind) : kind_(std::make_unique<Of<Kind>>(std::move(kind))) {}
 
-  ActuatorState update(const Sensors& sensors) noexcept {
-    return std::visit([&](auto& e) { return e.update(sensors); }, kind_);
-  }
+  ActuatorState update(const Sensors& sensors) noexcept { return kind_->update(sensors); }
   void applied(const SwitchedOf<PneumaticActuator>& opening, double motor_n) noexcept {
-    std::visit([&](auto& e) { e.applied(opening, motor_n); }, kind_);
+    kind_->applied(opening, motor_n);
   }
-  EstimateDetail detail() const noexcept {
-    return std::visit([](const auto& e) { return e.detail(); }, kind_);
-  }
+  EstimateDetail detail() const noexcept { return kind_->detail(); }
 
  private:
-  using Kind = std::variant<ThesisEstimator, ActuatorKalman, MovingHorizon>;
-  static Kind make(const std::string& name, const PneumaticActuator& model, const EstimatorTuning& tuning);
-  Kind kind_;
+  struct Any {
+    virtual ~Any() = default;
+    virtual ActuatorState update(const Sensors& sensors) noexcept = 0;
+    virtual void applied(const SwitchedOf<PneumaticActuator>& opening, double motor_n) noexcept = 0;
+    virtual EstimateDetail detail() const noexcept = 0;
+  };
+  template <class Kind>
+  struct Of final : Any {
+    explicit Of(Kind k) : kind(std::move(k)) {}
+    ActuatorState update(const Sensors& sensors) noexcept override { return kind.update(sensors); }
+    void applied(const SwitchedOf<PneumaticActuator>& opening, double motor_n) noexcept override {
+      kind.applied(opening, motor_n);
+    }
+    EstimateDetail detail() const noexcept override { return kind.detail(); }
+    Kind kind;
+  };
+
+  std::unique_ptr<Any> kind_;
 };
 
 }  // namespace solenoid

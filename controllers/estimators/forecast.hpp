@@ -8,13 +8,14 @@
 namespace solenoid {
 
 /// Delay compensation: the state and the commands in flight `ticks` steps of dt from now, when a plan that starts to be
-/// computed now takes effect. `motor(j, x)` is the continuous input that will be applied in step j at state x.
-/// No allocation or exception.
-template <HybridModel M, class Motor>
-StateOf<M> forecast(const M& model, const ModeSet& modes, StateOf<M> state, SwitchLines& lines, int ticks, double dt,
-                    const Motor& motor) noexcept {
+/// computed now takes effect. commanded(j) is what will be commanded as step j begins, motor(j, x) the continuous input
+/// applied in it at state x. No allocation or exception.
+template <HybridModel M, class Commanded, class Motor>
+StateOf<M> forecast(const M& model, const ModeSet& modes, const SwitchTiming& timing, StateOf<M> state,
+                    SwitchLines& lines, int ticks, double dt, const Commanded& commanded, const Motor& motor) noexcept {
   SwitchedOf<M> switched{};
   for (int j = 0; j < ticks; ++j) {
+    lines.command(commanded(j), timing);
     std::ranges::copy(modes.point(lines.effective()), switched.begin());
     state = model.template step<double>(state, switched, motor(j, state), dt);
     lines.advance(1);

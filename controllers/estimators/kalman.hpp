@@ -4,12 +4,13 @@
 
 namespace solenoid {
 
-/// Extended Kalman filter through the sensing chain (`ekf`, `payload_ekf`).                       [estimators.md, 2]
+/// Extended Kalman filter through the sensing chain (`ekf`, `payload_ekf`).                [estimators.md, section 2]
 ///
 ///     each tick   x, P through the model with the inputs in effect since the last (applied), then the three sensors
 ///                 one after the other, each a scalar update in Joseph's form
 ///
-/// shapes    24 states, 3 measurements            promise   no allocation, lock or exception
+/// shapes      24 states, 3 measurements
+/// promise     no allocation, lock or exception
 class ActuatorKalman {
  public:
   ActuatorKalman(const PneumaticActuator& model, const EstimatorTuning& tuning);

@@ -15,8 +15,9 @@ enum LoadedIndex : std::size_t { disturbance = 4, payload = 5, flow_factor = 6, 
 /// continuous  motor force [N]
 /// output      z = (y, Pa, Pb): what the sensors see, before their filters
 ///
-///     (y, v, Pa, Pb)+ = PneumaticActuator::step_under(conditions(m, d, r)) with openings times q   [estimators.md, 1]
+///     (y, v, Pa, Pb)+ = PneumaticActuator::step_under(conditions(m, d, r)) with openings times q
 ///     d+ = (1 - dt/tau_d) d     m+ = m     q+ - 1 = (1 - dt/tau_q)(q - 1)     r+ - 1 = (1 - dt/tau_r)(r - 1)
+///                                                                                        [estimators.md, section 1]
 class LoadedActuator {
  public:
   static constexpr std::size_t state_size = 8, switched_size = 4, continuous_size = 1, output_size = 3;
@@ -24,6 +25,7 @@ class LoadedActuator {
   /// Time constants with which force and factors return to their means.
   struct Memory {
     double force_s = 0.1, flow_s = 10.0, friction_s = 10.0;
+    bool operator==(const Memory&) const = default;
   };
 
   /// The payload of `model` is ignored: the state has its own.

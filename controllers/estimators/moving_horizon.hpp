@@ -8,7 +8,7 @@
 
 namespace solenoid {
 
-/// Moving-horizon estimator: the most likely trajectory through the last N ticks.                  [estimators.md, 3]
+/// Moving-horizon estimator: the most likely trajectory through the last N ticks.          [estimators.md, section 3]
 ///
 ///     minimise   |xi|^2 + |w|^2 + sum_k sum_i rho((z_i[k] - h_i x[k]) / sigma_i)
 ///     over       xi: 24, w: 3 blocks x (force, drift of Pa, drift of Pb), all whitened
@@ -18,7 +18,8 @@ namespace solenoid {
 /// halved while it does not descend. rho is Huber's: spikes pull with a bounded force. The filter behind the arrival
 /// cost runs alongside and never sees a measurement of the window twice.
 ///
-/// shapes    window 20 to 50 ticks, 33 unknowns          promise   no allocation, lock or exception after construction
+/// shapes     window 20 to 50 ticks, 33 unknowns
+/// promise    no allocation, lock or exception after construction
 class MovingHorizon {
  public:
   MovingHorizon(const PneumaticActuator& model, const EstimatorTuning& tuning);

@@ -11,8 +11,8 @@ namespace solenoid {
 
 /// The hardware Bessel filter of one pressure channel as a state: exact, all eight orders, in modal coordinates.
 ///
-///     H(s) = 2 Re sum_i c_i (-p_i) / (s - p_i),     z_i+ = e_i z_i + b0_i P + b1_i P+,     P_filtered = 2 Re sum_i c_i
-///     z_i
+///     H(s) = 2 Re sum_i c_i (-p_i) / (s - p_i)
+///     z_i+ = e_i z_i + b0_i P + b1_i P+,     P_filtered = 2 Re sum_i c_i z_i
 ///
 /// exact for a pressure that moves linearly within a tick (first-order hold): e_i = exp(p_i dt). At rest z_i = P.
 /// shapes   a lag holds (Re z_0, Im z_0, .., Re z_3, Im z_3); a row of anything linear in it is propagated the same

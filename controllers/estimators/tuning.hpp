@@ -2,16 +2,12 @@
 
 #include "controllers/estimators/loaded_actuator.hpp"
 
-#include <string>
-
 namespace solenoid {
 
-class TableReader;
-
 /// What an estimator believes of the sensors and of what the model leaves out. A standard deviation of zero for payload
-/// or a factor fixes it at its mean. The defaults are payload_ekf's.
+/// or a factor fixes it at its mean. The defaults are payload_ekf's; other rows of the catalogue change some.
 struct EstimatorTuning {
-  // Sensors (model.md, section 4).
+  // Sensors (model.md, section 6).
   double position_sigma_m = 0.03e-3;                      ///< white noise of the unfiltered potentiometer
   double position_quantum_m = 0.02e-3;                    ///< converter step
   double position_low_m = -0.01, position_high_m = 0.11;  ///< what the potentiometer's channel can show
@@ -39,12 +35,7 @@ struct EstimatorTuning {
   double position_variance() const {
     return position_sigma_m * position_sigma_m + position_quantum_m * position_quantum_m / 12;
   }
+  bool operator==(const EstimatorTuning&) const = default;
 };
-
-/// The tuning of "ekf", "payload_ekf" or "mhe".
-EstimatorTuning estimator_tuning(const std::string& estimator);
-
-/// Overrides fields of `tuning` from a table whose keys are the field names. Throws ConfigError.
-void read_estimator_tuning(TableReader& table, EstimatorTuning& tuning);
 
 }  // namespace solenoid

@@ -16,7 +16,7 @@ namespace {
 constexpr std::string_view magic = "SOLINST\n";
 constexpr std::size_t checksum_size = 8;
 
-enum Flag : std::uint8_t { has_offset = 1, has_rows = 2, has_continuous = 4, has_load = 8 };
+enum Flag : std::uint8_t { has_offset = 1, has_rows = 2, has_continuous = 4, has_load = 8, has_relaxation = 16 };
 
 std::uint64_t fnv1a(std::string_view bytes) {
   std::uint64_t hash = 14695981039346656037u;
@@ -115,6 +115,18 @@ void write_plan(Writer& out, const std::vector<int>& modes, const std::vector<do
     for (const double force : continuous) out.number(force);
 }
 
+/// Weights in runs of blocks that share a row: the run's length, the row.
+void write_relaxation(Writer& out, const InstanceRecord& r, int switches) {
+  const std::size_t blocks = r.warm_modes.size(), width = r.warm_weights.size() / blocks;
+  const auto row = [&](std::size_t b) { return std::span(r.warm_weights).subspan(b * width, width); };
+  for (std::size_t b = 0, next = 0; b < blocks; b = next) {
+    for (next = b + 1; next < blocks && std::ranges::equal(row(b), row(next));) ++next;
+    out.count(next - b);
+    for (const double weight : row(b)) out.number(weight);
+  }
+  for (int c = 0; c < switches; ++c) out.number(r.warm_owed[static_cast<std::size_t>(c)]);
+}
+
 void write_record(Writer& out, const InstanceRecord& r, int switches) {
   const auto any = [](const std::vector<double>& all) {
     return std::any_of(all.begin(), all.end(), [](double v) { return std::bit_cast<std::uint64_t>(v) != 0; });
@@ -122,7 +134,8 @@ void write_record(Writer& out, const InstanceRecord& r, int switches) {
   const bool offset = std::bit_cast<std::uint64_t>(r.offset_m) != 0, own = !r.reference.empty();
   const bool continuous = any(r.warm_continuous) || any(r.plan_continuous);
   out.byte(static_cast<std::uint8_t>((offset ? has_offset : 0) | (own ? has_rows : 0) |
-                                     (continuous ? has_continuous : 0) | (r.load ? has_load : 0)));
+                                     (continuous ? has_continuous : 0) | (r.load ? has_load : 0) |
+                                     (r.warm_weights.empty() ? 0 : has_relaxation)));
   out.count(r.situation);
   out.count(r.start);
   if (offset) out.number(r.offset_m);
@@ -139,13 +152,14 @@ void write_record(Writer& out, const InstanceRecord& r, int switches) {
   out.byte(static_cast<std::uint8_t>(r.plan_status));
   if (own) out.rows(r.reference), out.rows(r.setpoint);
   if (r.load) out.number(r.load->payload_kg), out.number(r.load->external_force_n);
+  if (!r.warm_weights.empty()) write_relaxation(out, r, switches);
 }
 
 /// What a variant's problem looks like, to check records against.
 struct Shape {
   int modes = 0, switches = 0;
   std::size_t blocks = 0, steps = 0, setpoints = 0;
-  int flags = has_offset | has_rows | has_continuous | has_load;  ///< of records
+  int flags = has_offset | has_rows | has_continuous | has_load | has_relaxation;  ///< of records
 
   template <HybridModel Model>
   explicit Shape(const Problem<Model>& p)
@@ -183,10 +197,23 @@ void read_lines(Reader& in, const Shape& shape, InstanceRecord& r) {
   r.lines = SwitchLines::restored(commanded, lines);
 }
 
+void read_relaxation(Reader& in, const Shape& shape, InstanceRecord& r) {
+  const auto width = static_cast<std::size_t>(shape.modes);
+  while (r.warm_weights.size() < shape.blocks * width) {
+    const std::size_t blocks = in.count(shape.blocks - r.warm_weights.size() / width);
+    in.require(blocks > 0, "an empty run of weights (allowed: at least one block)");
+    std::vector<double> row(width);
+    for (double& weight : row) weight = in.number();
+    for (std::size_t b = 0; b < blocks; ++b) r.warm_weights.insert(r.warm_weights.end(), row.begin(), row.end());
+  }
+  for (int c = 0; c < shape.switches; ++c) r.warm_owed[static_cast<std::size_t>(c)] = in.number();
+}
+
 InstanceRecord read_record(Reader& in, const Shape& shape, const std::vector<Situation>& situations) {
   InstanceRecord r;
   const std::uint8_t flags = in.byte();
-  in.require((flags & ~shape.flags) == 0, "an unknown kind of record (allowed: flags 1, 2, 4, from version 2 on 8)");
+  in.require((flags & ~shape.flags) == 0,
+             "an unknown kind of record (allowed: flags 1, 2, 4, from version 2 on 8, from 3 on 16)");
   r.situation = static_cast<std::uint32_t>(in.count(situations.size() - 1));
   r.start = static_cast<std::uint32_t>(in.count(0xffffffffu));
   if (flags & has_offset) r.offset_m = in.number();
@@ -209,6 +236,7 @@ InstanceRecord read_record(Reader& in, const Shape& shape, const std::vector<Sit
                "a window outside its situation's rows (allowed: start >= 1, start + steps <= rows)");
   }
   if (flags & has_load) r.load = {in.number(), in.number()};
+  if (flags & has_relaxation) read_relaxation(in, shape, r);
   return r;
 }
 
@@ -223,6 +251,7 @@ VariantInstances read_variant_instances(Reader& in, const std::string& name, std
   v.config = read_variant(table, v.name);
   Shape shape = shape_of(v.config);
   if (version < 2) shape.flags &= ~has_load;
+  if (version < 3) shape.flags &= ~has_relaxation;
   const std::size_t records = in.count_of(44);
   in.require(records == 0 || !set.situations.empty(), "records without situations (allowed: at least one)");
   v.records.reserve(records);

@@ -36,6 +36,9 @@ struct InstanceRecord {
     double payload_kg = 0.0, external_force_n = 0.0;
   };
   std::optional<Load> load;  ///< what the prediction took from an estimator; none: the variant's own model
+  /// What the warm start keeps of a relaxation: weights, blocks x modes, and what each switch owes. Empty: nothing.
+  std::vector<double> warm_weights;
+  SwitchStates<double> warm_owed{};
 
   std::vector<int> plan_modes;  ///< the best plan known, one mode a block
   std::vector<double> plan_continuous;
@@ -51,13 +54,13 @@ struct VariantInstances {
   std::vector<InstanceRecord> records;
 };
 
-/// A set of problems to judge solvers on; docs/instances.md describes its file byte by byte.
+/// A set of problems to judge solvers on; docs/reference/instances.md describes its file byte by byte.
 struct InstanceSet {
   std::vector<Situation> situations;
   std::vector<VariantInstances> variants;
 };
 
-inline constexpr std::uint32_t instance_format_version = 2;
+inline constexpr std::uint32_t instance_format_version = 3;
 
 /// Reads and checks a set. Throws ConfigError, one line with file, byte, problem and what is allowed, for anything that
 /// is not a whole file of this version or an older one, or that no problem can be posed from.
@@ -86,6 +89,10 @@ void pose(const InstanceSet& set, const InstanceRecord& record, Problem<Model>& 
   plan.modes = record.warm_modes;
   plan.continuous.resize(record.warm_continuous.size());
   for (std::size_t b = 0; b < plan.continuous.size(); ++b) plan.continuous[b] = {record.warm_continuous[b]};
+  plan.relaxation.known = !record.warm_weights.empty();
+  plan.relaxation.weights.assign(record.warm_weights.begin(), record.warm_weights.end());
+  plan.relaxation.weights.resize(plan.modes.size() * static_cast<std::size_t>(problem.modes.size()));
+  plan.relaxation.owed.assign(plan.modes.size(), record.warm_owed);
 }
 
 /// Whether a plan is the record's, bit for bit.

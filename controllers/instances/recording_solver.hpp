@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/mpc/solver.hpp"
+#include "controllers/any_solver.hpp"
 
 #include <memory>
 #include <vector>
@@ -17,17 +17,17 @@ struct PosedInstance {
   Plan<Model> warm_start;
 };
 
-/// A solver that lets another do the work and keeps copies of what it was asked: every `every`th solve, at most
-/// `capacity` of them, in storage sized by prepare.
+/// Keeps copies of what a solver is asked: every `every`th solve, at most `capacity` of them, in storage sized by
+/// prepare.
 template <HybridModel Model>
-class RecordingSolver final : public Solver<Model> {
+class RecordingSolver final : public SolverAround<Model> {
  public:
   RecordingSolver(std::unique_ptr<Solver<Model>> inner, std::vector<PosedInstance<Model>>& into, std::size_t capacity,
                   std::int64_t every = 1)
-      : inner_(std::move(inner)), into_(into), capacity_(capacity), every_(every) {}
+      : SolverAround<Model>(std::move(inner)), into_(into), capacity_(capacity), every_(every) {}
 
   void prepare(const Problem<Model>& problem) override {
-    inner_->prepare(problem);
+    this->inner_->prepare(problem);
     PosedInstance<Model> empty;
     empty.reference = problem.reference;
     empty.setpoint = problem.setpoint;
@@ -45,19 +45,16 @@ class RecordingSolver final : public Solver<Model> {
       copy.lines = problem.lines;
       copy.reference = problem.reference;
       copy.setpoint = problem.setpoint;
-      copy.warm_start.modes = plan.modes;
-      copy.warm_start.continuous = plan.continuous;
+      copy.warm_start = plan;
     }
     ++solves_;
-    return inner_->solve(problem, plan, deadline);
+    return this->inner_->solve(problem, plan, deadline);
   }
 
-  bool real_time() const override { return inner_->real_time(); }
   /// Instances kept since prepare: the first of the storage.
   std::size_t kept() const { return used_; }
 
  private:
-  std::unique_ptr<Solver<Model>> inner_;
   std::vector<PosedInstance<Model>>& into_;
   std::size_t capacity_, used_ = 0;
   std::int64_t every_, solves_ = 0;

@@ -27,7 +27,7 @@ FallbackLadder::FallbackLadder(Parts parts)
       plausibility_(parts.settings.plausibility, model_.parameters().atmospheric_pressure_pa,
                     model_.parameters().supply_pressure_pa),
       candidates_(model_, modes_),
-      watch_(model_, estimator_tuning("payload_ekf")),
+      watch_(model_, EstimatorTuning()),
       new_watch_(watch_) {
   if (parts.motor) motor_.emplace(model_, *parts.motor);
 }

@@ -12,17 +12,19 @@ namespace solenoid {
 enum StateIndex : std::size_t { position = 0, velocity = 1, pressure_a = 2, pressure_b = 3 };
 enum OpeningIndex : std::size_t { fill_a = 0, exhaust_a = 1, fill_b = 2, exhaust_b = 3 };
 
-/// The hybrid pneumatic-electric actuator: one piece of physics for controllers, solvers, estimators and plants.
+/// The hybrid pneumatic-electric actuator is one piece of physics for controllers, solvers, estimators and plants.
 ///
 /// state       x = (y [m], v [m/s], Pa, Pb [Pa absolute])
 /// switched    s = valve openings (fill A, exhaust A, fill B, exhaust B), each in [0, 1]; the flow is affine in them
 /// continuous  u = motor force [N], saturated at the amplifier's limit
 /// output      z = (y [m], v [m/s])
 ///
-///     V_a dPa/dt =  k R T mdot_a - k Pa A_a v,   V_a = (y_a0 + y) A_a                            (4.18, 4.19, 4.21)
-///     V_b dPb/dt =  k R T mdot_b + k Pb A_b v,   V_b = (y_b0 - y) A_b                            (4.20, 4.22 as
-///     corrected) mdot       =  s_fill fill(P) + s_exhaust exhaust(P) (5.7, 5.8) m_eq dv/dt =  Pa A_a - Pb A_b - P_0
-///     (A_a - A_b) + F_grav(y) + F_m - F_fric                  (4.1-4.14)
+///     V_a dPa/dt = k R T mdot_a - k Pa A_a v,   V_a = (y_a0 + y) A_a                           (4.18, 4.19, 4.21)
+///     V_b dPb/dt = k R T mdot_b + k Pb A_b v,   V_b = (y_b0 - y) A_b                           (4.20, 4.22 with E3)
+///     mdot       = s_fill fill(P) + s_exhaust exhaust(P)                                       (5.7, 5.8)
+///     m_eq dv/dt = Pa A_a - Pb A_b - P_0 (A_a - A_b) + F_grav(y) + F_m - F_fric                (4.1-4.14, E9)
+///
+/// The numbers are the thesis's; model.md, eq. 1 to 11, has the equations with their misprints mended.
 ///
 /// step() is the explicit Euler method of the thesis (5.4) with three non-smooth corrections: a slide at rest stays
 /// while |applied force| <= F_sf; a velocity that would change its sign stops at zero; end stops are inelastic.
@@ -70,7 +72,7 @@ class PneumaticActuator {
     return S(block_weight_) - S(own_.gravity_amplitude) * sine_of_arm_angle(y);
   }
 
-  /// What changes from one run to the next and an estimator may carry as states of any scalar.
+  /// These conditions change from one run to the next, and an estimator may carry them as states of any scalar.
   template <class C>
   struct Conditions {
     C inverse_mass;       ///< [1/kg]
@@ -78,7 +80,7 @@ class PneumaticActuator {
     C external_force;     ///< on the slide, towards +y [N]
     C stiction, coulomb, viscous;
   };
-  /// With this payload [kg] in place of the parameters' own, an external force [N] and friction times a factor.
+  /// Returns the conditions under this payload [kg], an external force [N] and friction times a factor.
   template <class S>
   Conditions<S> conditions(const S& payload_kg, const S& external_force_n, const S& friction) const {
     return {S(S(1.0) / S(S(mass_without_payload_) + S(mass_per_payload_) * payload_kg)),
@@ -88,7 +90,7 @@ class PneumaticActuator {
             S(S(own_.coulomb) * friction),
             S(S(own_.viscous) * friction)};
   }
-  /// Makes such conditions, friction unchanged, the model's own: what a controller does with an estimate each period.
+  /// Makes this load the model's own, friction unchanged: what a controller does with an estimate each period.
   void set_load(double payload_kg, double external_force_n) noexcept;
 
   /// Pressure force of the cylinder [N], (4.3) with E9.
@@ -174,7 +176,7 @@ class PneumaticActuator {
   }
   static constexpr double creep_speed_m_per_s = 0.002;
 
-  /// What the states move by over a tenth of a second.
+  /// Says by how much the states move over a tenth of a second.
   Vector<double, 4> state_scale() const { return {1e-3, 1e-1, 1e5, 1e5}; }
 
   template <class S>
@@ -188,9 +190,8 @@ class PneumaticActuator {
     return scaled_fill_flow<S>(opening[fill_a], x[pressure_a]) + scaled_fill_flow<S>(opening[fill_b], x[pressure_b]);
   }
 
-  /// One step of a box [low, high] that holds every state reachable with openings and motor force anywhere in theirs:
-  /// the image under step() of each point of the old box lies in the new one, up to rounding.              [theory.md,
-  /// sect. 3]
+  /// Moves a box [low, high] by a step, with openings and motor force anywhere in their own boxes: the image under
+  /// step() of each point of the old box lies in the new one, up to rounding.                    [theory.md, section 3]
   template <class S>
   void enclose_step(Vector<S, 4>& low, Vector<S, 4>& high, const Vector<S, 4>& opening_low,
                     const Vector<S, 4>& opening_high, const Vector<double, 2>&, const Vector<double, 1>& motor,
@@ -229,12 +230,12 @@ class PneumaticActuator {
     high = {y_high, S(min(v_highest, S(1e4))), S(min(pa[1], S(1e9))), S(min(pb[1], S(1e9)))};
   }
 
-  /// The nearest state inside the end stops with pressures between vacuum and twice supply: what a prediction starts
-  /// from when a measurement is noisy.
+  /// Returns the nearest state inside the end stops with pressures between vacuum and twice supply: a prediction starts
+  /// from it when a measurement is noisy.
   Vector<double, 4> nearest_valid(const Vector<double, 4>& x) const;
 
  private:
-  /// Everything but friction [N], right side of (4.2).
+  /// Returns the sum of all forces but friction [N], (4.1).
   template <class S, class C>
   S applied_force(const Vector<S, 4>& x, const Vector<S, 1>& motor, const Conditions<C>& c) const {
     const S load = S(block_weight_ - atmosphere_force_ + c.external_force) + saturated_motor_force<S>(motor[0]);
@@ -242,7 +243,7 @@ class PneumaticActuator {
            (load - S(c.gravity_amplitude) * sine_of_arm_angle<S>(x[position]));
   }
 
-  /// The state after a step whose velocity, but for the stops, is v_free.
+  /// Returns the state after a step whose velocity, but for the stops, is v_free.
   template <class S>
   Vector<S, 4> advance(const Vector<S, 4>& x, const Vector<S, 4>& opening, const S& v_free, double dt) const {
     const auto& [y, v, pa, pb] = x;

@@ -12,8 +12,8 @@ class TableReader;
 /// Plane of the arm's motion; gravity acts on the slide only in the vertical one.
 enum class Plane { vertical, horizontal };
 
-/// Everything the dynamics need, in SI units. Field comments name the source (thesis equation, table or section).
-/// The defaults are the parameter set `consistent`.
+/// The parameters are everything that the dynamics need, in SI units. Field comments name the source (thesis equation,
+/// table or section). The defaults are the parameter set `consistent`.
 struct ActuatorParameters {
   // Cylinder: Table 3-1, 4.5.1. Chamber A pushes towards +y, chamber B holds the rod.
   double bore_diameter_m = 0.02413;
@@ -81,22 +81,23 @@ struct ActuatorParameters {
 
   /// Throws ConfigError naming the field and what is allowed.
   void validate(const std::string& where) const;
+  bool operator==(const ActuatorParameters&) const = default;
 };
 
-/// A parameter set by name: `+`-joined choices, the first of them `consistent` (default), `printed` (flow, E2) or
-/// `inferred` (inertia, E8), further ones any of `inferred`, `no_rod_atmosphere` (E9). Example: "printed+inferred".
+/// Returns a parameter set by name: `+`-joined choices, the first of them `consistent` (default), `printed` (flow, E2)
+/// or `inferred` (inertia, E8), further ones any of `inferred`, `no_rod_atmosphere` (E9). Example: "printed+inferred".
 /// Throws std::invalid_argument naming what is allowed.
 ActuatorParameters named_parameters(const std::string& name);
 
-/// What named_parameters accepts, for help texts and errors.
+/// Says what named_parameters accepts, for help texts and errors.
 std::string named_parameters_help();
 
 /// Overrides fields from a table whose keys are the field names; `base` names the set to start from.
 ActuatorParameters read_parameters(TableReader& table);
-/// A whole file of the same keys.
+/// Reads a whole file of the same keys.
 ActuatorParameters read_parameters_file(const std::string& path);
 
-/// Factors on a plant's parameters that the controller is not told. Unity changes nothing.
+/// A mismatch is a set of factors on a plant's parameters that the controller is not told. Unity changes nothing.
 struct Mismatch {
   double friction = 1.0;  ///< static, Coulomb and viscous
   double flow = 1.0;      ///< c_fill, c_dis and the choked flow

@@ -4,13 +4,14 @@
 
 namespace solenoid {
 
-/// Gains of a motor's position law; the defaults are the thesis's of section 7.2.
+/// A motor's position law has these gains; the defaults are the thesis's (7.2).
 struct MotorGains {
   double proportional = 23000.0;  ///< K_pe [N/m]
   double derivative = 400.0;      ///< K_de [N s/m]
+  bool operator==(const MotorGains&) const = default;
 };
 
-/// The actuator with the motor's PD law (5.14) in its prediction, so that the search knows what the motor will do:
+/// This actuator has the motor's PD law (5.14) in its prediction, so that the search knows what the motor will do:
 ///
 ///     F_m = sat(K_pe (y_set - y) + K_de (v_set - v) + planned)
 class PrestabilisedActuator : public PneumaticActuator {
@@ -23,7 +24,8 @@ class PrestabilisedActuator : public PneumaticActuator {
     return {pd<S>(x[position], x[velocity], setpoint)};
   }
 
-  /// As of the base; the law falls with position and velocity, so its extremes over the box are at opposite corners.
+  /// Encloses a step as the base does; the law falls with position and velocity, so its extremes over the box are at
+  /// opposite corners.
   template <class S>
   void enclose_step(Vector<S, 4>& low, Vector<S, 4>& high, const Vector<S, 4>& opening_low,
                     const Vector<S, 4>& opening_high, const Vector<double, 2>& setpoint,

@@ -8,7 +8,7 @@
 
 namespace solenoid {
 
-/// The valve configurations as data over coils (model.md, section 2).
+/// Returns a valve configuration as data over coils (model.md, section 5).
 ///
 /// `three_way`   Table 5-1: one coil a chamber, energised fills, de-energised exhausts; four modes, mode = u_p
 /// `two_way`     8.3.1: a supply and an exhaust valve a chamber, normally closed; fill, exhaust or blocked: nine modes
@@ -18,7 +18,7 @@ namespace solenoid {
 /// Delays come from the parameters. Throws std::invalid_argument naming what is allowed.
 ModeSet valve_modes(const std::string& configuration, const ActuatorParameters& parameters);
 
-/// The names above.
+/// Returns the names above.
 const std::vector<std::string>& valve_configurations();
 
 }  // namespace solenoid

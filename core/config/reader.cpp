@@ -1,13 +1,11 @@
 #include "core/config/reader.hpp"
 
+#include "core/config/document.hpp"
+
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <toml++/toml.h>
 
 namespace solenoid {
 
@@ -21,56 +19,36 @@ std::string Range::text() const {
 
 /// A table with the document that keeps it alive.
 struct TableReader::Node {
-  std::shared_ptr<toml::table> document;
+  std::shared_ptr<const Document> document;
   const toml::table* table = nullptr;
-  std::string file;
-  std::string prefix;  // dotted path of the table
-  std::set<std::string, std::less<>> known;
+  std::string prefix;  // the table's path
+  std::set<std::string, std::less<>> known = {};
 
   const toml::node* find(const std::string& key) {
     known.insert(key);
     return table->get(key);
   }
-  std::string path(const std::string& key) const { return prefix.empty() ? key : prefix + "." + key; }
+  std::string path(const std::string& key) const {
+    return prefix.empty() || key.empty() ? prefix + key : prefix + "." + key;
+  }
 };
 
 TableReader::TableReader(std::unique_ptr<Node> node) : node_(std::move(node)) {}
+TableReader::TableReader(Document document) : TableReader(std::make_shared<const Document>(std::move(document))) {}
+TableReader::TableReader(std::shared_ptr<const Document> document)
+    : node_(new Node{document, &document->root(), document->path()}) {}
 TableReader::~TableReader() = default;
 TableReader::TableReader(TableReader&&) noexcept = default;
 TableReader& TableReader::operator=(TableReader&&) noexcept = default;
 
 TableReader TableReader::from_text(const std::string& text, const std::string& name) {
-  auto node = std::make_unique<Node>();
-  node->file = name;
-  try {
-    node->document = std::make_shared<toml::table>(toml::parse(text, name));
-  } catch (const toml::parse_error& error) {
-    throw ConfigError(fmt::format("{}:{}: not valid TOML: {}", name, error.source().begin.line, error.description()));
-  }
-  node->table = node->document.get();
-  return TableReader(std::move(node));
+  return TableReader(Document::from_text(text, name));
 }
+TableReader TableReader::from_file(const std::string& path) { return TableReader(Document::from_file(path)); }
 
-TableReader TableReader::from_file(const std::string& path) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored))
-    throw ConfigError(fmt::format("{}: is a folder (allowed: a readable TOML file)", path));
-  std::ifstream in(path);
-  std::ostringstream text;
-  if (in) text << in.rdbuf();
-  if (!in) throw ConfigError(fmt::format("{}: cannot be read (allowed: a readable TOML file)", path));
-  return from_text(text.str(), path);
-}
+const Document& TableReader::document() const { return *node_->document; }
 
-const std::string& TableReader::file() const { return node_->file; }
-
-std::string TableReader::folder() const { return std::filesystem::path(node_->file).parent_path().string(); }
-
-std::string TableReader::where(const std::string& key) const {
-  const toml::node* found = key.empty() ? nullptr : node_->table->get(key);
-  const auto line = (found ? found->source() : node_->table->source()).begin.line;
-  return fmt::format("{}:{}", node_->file, line);
-}
+std::string TableReader::where(const std::string& key) const { return node_->document->where(node_->path(key)); }
 
 void TableReader::fail(const std::string& key, const std::string& problem) const {
   throw ConfigError(fmt::format("{}: key '{}': {}", where(key), node_->path(key), problem));
@@ -190,29 +168,31 @@ std::vector<std::string> TableReader::texts(const std::string& key) {
 TableReader TableReader::table(const std::string& key) {
   const toml::node* found = node_->find(key);
   if (!found || !found->is_table()) fail(key, found ? "wrong type (allowed: a table)" : "missing (allowed: a table)");
-  auto node = std::make_unique<Node>();
-  node->document = node_->document;
-  node->table = found->as_table();
-  node->file = node_->file;
-  node->prefix = node_->path(key);
-  return TableReader(std::move(node));
+  return TableReader(std::unique_ptr<Node>(new Node{node_->document, found->as_table(), node_->path(key)}));
 }
 
 std::vector<TableReader> TableReader::tables(const std::string& key) {
   const toml::node* found = node_->find(key);
   std::vector<TableReader> all;
   if (!found) return all;
-  if (!found->is_array()) fail(key, fmt::format("wrong type (allowed: tables, each headed [[{}]])", key));
+  const auto refuse = [&] { fail(key, fmt::format("wrong type (allowed: tables, each headed [[{}]])", key)); };
+  if (!found->is_array()) refuse();
   for (const toml::node& item : *found->as_array()) {
-    if (!item.is_table()) fail(key, fmt::format("wrong type (allowed: tables, each headed [[{}]])", key));
-    auto node = std::make_unique<Node>();
-    node->document = node_->document;
-    node->table = item.as_table();
-    node->file = node_->file;
-    node->prefix = fmt::format("{}[{}]", node_->path(key), all.size());
-    all.push_back(TableReader(std::move(node)));
+    if (!item.is_table()) refuse();
+    const std::string path = fmt::format("{}[{}]", node_->path(key), all.size());
+    all.push_back(TableReader(std::unique_ptr<Node>(new Node{node_->document, item.as_table(), path})));
   }
   return all;
+}
+
+LinkedFile TableReader::file(const std::string& key) {
+  const std::string name = text(key);
+  return {node_->document->beside(name), node_->document->linked(name)};
+}
+
+TableReader TableReader::file_table(const std::string& key) {
+  const LinkedFile linked = file(key);
+  return linked.text ? from_text(*linked.text, linked.path) : from_file(linked.path);
 }
 
 void TableReader::finish() {

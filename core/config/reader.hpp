@@ -11,13 +11,15 @@
 
 namespace solenoid {
 
-/// A configuration that cannot be used: one line with file, line, key and what is allowed.
+class Document;
+
+/// This error says why a configuration cannot be used: one line with file, line, key and what is allowed.
 class ConfigError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Inclusive range of a number, with the words an error uses for it.
+/// A number must lie in this inclusive range; text() has the words that an error uses for it.
 struct Range {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
@@ -31,10 +33,19 @@ struct Range {
   std::string text() const;
 };
 
-/// One table of a TOML document, read key by key: every getter checks type and range, and finish() refuses the keys
-/// that nobody asked for. All errors are ConfigErrors of the form `file:line: key 'a.b': problem (allowed: ...)`.
+/// A file that a document names.
+struct LinkedFile {
+  std::string path;
+  std::optional<std::string> text;  ///< none: cannot be read
+};
+
+/// Reads one table of a TOML document key by key: every getter checks type and range, and finish() refuses the keys
+/// that nobody asked for. All errors are ConfigErrors of the form `file:line: key 'a.b': problem (allowed: ...)`, with
+/// who set the key in place of file and line if it was set in memory.
 class TableReader {
  public:
+  explicit TableReader(Document document);
+  explicit TableReader(std::shared_ptr<const Document> document);
   /// Reads a file. Throws ConfigError if it cannot be read or is not TOML.
   static TableReader from_file(const std::string& path);
   static TableReader from_text(const std::string& text, const std::string& name);
@@ -51,7 +62,7 @@ class TableReader {
   int integer(const std::string& key, int low, int high);
   int integer_or(const std::string& key, int fallback, int low, int high);
   bool boolean_or(const std::string& key, bool fallback);
-  /// `allowed` empty: any text.
+  /// Reads a text; an empty `allowed` takes any.
   std::string text(const std::string& key, const std::vector<std::string>& allowed = {});
   std::string text_or(const std::string& key, const std::string& fallback,
                       const std::vector<std::string>& allowed = {});
@@ -60,17 +71,17 @@ class TableReader {
   std::vector<std::string> texts(const std::string& key);
   TableReader table(const std::string& key);
   std::vector<TableReader> tables(const std::string& key);  ///< an array of tables ([[key]]); empty if absent
+  LinkedFile file(const std::string& key);                  ///< that this text names
+  TableReader file_table(const std::string& key);           ///< of the TOML file that this text names
 
   /// Refuses keys that no getter was asked for.
   void finish();
 
   /// Throws the ConfigError of this key.
   [[noreturn]] void fail(const std::string& key, const std::string& problem) const;
-  /// `file:line` of the key, or of the table.
+  /// Returns `file:line` of the key, or of the table; whoever set it, if it was set in memory.
   std::string where(const std::string& key = "") const;
-  const std::string& file() const;
-  /// The folder that relative paths in this document start from.
-  std::string folder() const;
+  const Document& document() const;
 
  private:
   struct Node;

@@ -7,14 +7,15 @@
 
 namespace solenoid {
 
-/// Order statistics of a sample [same unit as the sample]; all 0 for an empty one.
+/// These are order statistics of a sample, in its unit; all are 0 for an empty one.
 struct Percentiles {
   double p50 = 0, p90 = 0, p99 = 0, p999 = 0, max = 0;
 };
-/// Nearest-rank percentiles. Sorts its argument.
+/// Returns nearest-rank percentiles and sorts its argument.
 Percentiles percentiles(std::vector<double>& sample);
 
-/// How a run went: section 6.3 of the thesis and beyond. Errors are y_d - y [mm].
+/// Metrics say how a run went, in the figures of the thesis's 6.3 and beyond. Errors are y_d - y [mm]; the definitions
+/// are those of model.md, section 8.
 struct Metrics {
   double rmse_mm = 0, mae_mm = 0;                    ///< true position, whole run
   double rmse_measured_mm = 0, mae_measured_mm = 0;  ///< measured and filtered position (model.md, E13)
@@ -23,7 +24,7 @@ struct Metrics {
   double sse_max_abs_mm = 0;                         ///< steady part: max |error|, the reading of tables 5-2 to 5-4
   double ssa_mm = 0;                                 ///< steady part: max y - min y
   double itae = 0;                                   ///< integral of t |error| [mm s2]
-  double overshoot_percent = 0;                      ///< beyond the last desired position, relative to the whole move
+  double overshoot_percent = 0;                      ///< beyond the steady position, relative to the way to it
   int coil_switches = 0;
   double switches_per_s = 0;
   double steady_switches_per_s = 0;  ///< steady part: coil changes, what holding still costs
@@ -42,7 +43,7 @@ struct AirUse {
   double steady_kg = 0;  ///< of it in the steady part
 };
 
-/// `deadline_us`: a solve longer than this is a miss.
+/// Evaluates a run; a solve that took longer than `deadline_us` is a miss.
 Metrics evaluate_run(std::span<const TickRecord> ticks, const Trajectory& trajectory, double tick_s, const AirUse& air,
                      double deadline_us);
 

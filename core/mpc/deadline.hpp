@@ -5,7 +5,7 @@
 
 namespace solenoid {
 
-/// A moment on the monotonic clock that a solver must not outlast.
+/// A deadline is a moment on the monotonic clock that a solver must not outlast.
 class Deadline {
  public:
   using Clock = std::chrono::steady_clock;
@@ -15,13 +15,13 @@ class Deadline {
 
   explicit Deadline(Clock::time_point moment) : moment_(moment) {}
   bool passed() const { return moment_ != Clock::time_point::max() && Clock::now() >= moment_; }
-  /// The moment after `part` of the time that is left.
+  /// Returns the deadline that comes after `part` of the time that is left to this one.
   Deadline share(double part) const {
     const auto now = Clock::now();
     if (moment_ == Clock::time_point::max() || moment_ <= now) return *this;
     return Deadline(now + std::chrono::duration_cast<Clock::duration>(part * (moment_ - now)));
   }
-  /// Time left [s]; infinity without a deadline.
+  /// Returns the time that is left [s], infinity without a deadline.
   double seconds_left() const {
     if (moment_ == Clock::time_point::max()) return std::numeric_limits<double>::infinity();
     return std::chrono::duration<double>(moment_ - Clock::now()).count();

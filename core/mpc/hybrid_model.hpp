@@ -7,7 +7,7 @@
 
 namespace solenoid {
 
-/// A discrete-time system with switched and continuous inputs,
+/// A hybrid model is a discrete-time system with switched and continuous inputs,
 ///
 ///     x[j+1] = step(x[j], s[j], u[j], dt),     z[j] = output(x[j])
 ///
@@ -22,14 +22,14 @@ concept HybridModel = requires(const M& model, const Vector<double, M::state_siz
   { model.template output<double>(state) } -> std::same_as<Vector<double, M::output_size>>;
 };
 
-/// Optional: a rate that the cost may weigh, integrated over the prediction [unit/s].
+/// A model may have a consumption: a rate [unit/s] that the cost weighs, integrated over the prediction.
 template <class M>
 concept HasConsumption = requires(const M& model, const Vector<double, M::state_size>& state,
                                   const Vector<double, M::switched_size>& switched) {
   { model.template consumption<double>(state, switched) } -> std::same_as<double>;
 };
 
-/// Optional: a pre-stabilising law inside the prediction. The continuous input applied in a step is
+/// A model may have a pre-stabilising law inside the prediction. The continuous input applied in a step is
 /// feedback(x, setpoint) plus the plan's own share; the model saturates the sum.
 template <class M>
 concept HasFeedback = requires(const M& model, const Vector<double, M::state_size>& state,
@@ -37,7 +37,7 @@ concept HasFeedback = requires(const M& model, const Vector<double, M::state_siz
   { model.template feedback<double>(state, setpoint) } -> std::same_as<Vector<double, M::continuous_size>>;
 };
 
-/// Optional: step() with its kinks and jumps rounded off, for solvers that follow derivatives; the model states the
+/// A model may have a step() with its kinks and jumps rounded off, for solvers that follow derivatives; it states the
 /// error. Plans found with it are judged by step().
 template <class M>
 concept HasSmoothStep = requires(const M& model, const Vector<double, M::state_size>& state,
@@ -48,15 +48,16 @@ concept HasSmoothStep = requires(const M& model, const Vector<double, M::state_s
     } -> std::same_as<Vector<double, M::state_size>>;
 };
 
-/// Optional: typical changes of the states over a horizon, by which solvers scale; without it they take the states to
-/// be of order 1.
+/// A model may say by how much its states typically change over a horizon, and solvers scale by it; without it they
+/// take the states to be of order 1.
 template <class M>
 concept HasStateScale = requires(const M& model) {
   { model.state_scale() } -> std::same_as<Vector<double, M::state_size>>;
 };
 
-/// Optional: an enclosure, from which searches derive lower bounds. Replaces the box [low, high] by one that holds the
-/// image under step() (with feedback, if there is one) of each of its points, for switched inputs anywhere in theirs.
+/// A model may have an enclosure, from which searches derive lower bounds. It replaces the box [low, high] by one that
+/// holds the image under step() (with feedback, if there is one) of each of its points, for switched inputs anywhere in
+/// theirs.
 /// Outputs must not decrease with any state.
 template <class M>
 concept HasEnclosure = requires(const M& model, Vector<double, M::state_size>& low, Vector<double, M::state_size>& high,

@@ -27,8 +27,14 @@ void check_modes(const std::string& set, std::size_t switches, const std::vector
   }
 }
 
-int whole_steps(const Switch& s, const char* what, double time_s, double dt) {
-  const double steps = std::round(time_s / dt);
+/// Times this close to a whole number of steps, in steps, are that many: the rounding of a quotient, no more.
+constexpr double whole = 1e-6;
+
+double nearest(double steps) { return std::round(steps); }
+double at_least(double steps) { return std::ceil(steps - whole); }
+
+int whole_steps(const Switch& s, const char* what, double time_s, double dt, double (*round)(double)) {
+  const double steps = round(time_s / dt);
   // The message is built only when wanted: solves measure timing too, and must not allocate.
   if (!(steps >= 0 && steps <= max_delay_steps))
     require(false, fmt::format("switch '{}': {} of {} s is {} steps of {} s; allowed 0 to {}", s.name, what, time_s,
@@ -82,11 +88,28 @@ ModeSet ModeSet::with_delays_scaled(double factor) const {
 SwitchTiming::SwitchTiming(const ModeSet& modes, double dt) : switches(modes.switch_count()) {
   for (std::size_t c = 0; c < modes.switches().size(); ++c) {
     const Switch& s = modes.switches()[c];
-    rise[c] = whole_steps(s, "rise_delay", s.rise_delay_s, dt);
-    fall[c] = whole_steps(s, "fall_delay", s.fall_delay_s, dt);
-    dwell[c] = whole_steps(s, "min_dwell", s.min_dwell_s, dt);
+    rise[c] = whole_steps(s, "rise_delay", s.rise_delay_s, dt, nearest);
+    fall[c] = whole_steps(s, "fall_delay", s.fall_delay_s, dt, nearest);
+    dwell[c] = whole_steps(s, "min_dwell", s.min_dwell_s, dt, at_least);
     longest_delay = std::max({longest_delay, rise[c], fall[c]});
   }
+}
+
+std::vector<std::string> rounded_times(const ModeSet& modes, double dt) {
+  const SwitchTiming timing(modes, dt);
+  std::vector<std::string> lines;
+  for (std::size_t c = 0; c < modes.switches().size(); ++c) {
+    const Switch& s = modes.switches()[c];
+    const auto note = [&](const char* what, double time_s, int steps) {
+      if (std::abs(time_s / dt - steps) <= whole) return;
+      lines.push_back(fmt::format("switch '{}': {} of {:g} ms is {} steps of {:g} ms", s.name, what, 1e3 * time_s,
+                                  steps, 1e3 * dt));
+    };
+    note("rise_delay", s.rise_delay_s, timing.rise[c]);
+    note("fall_delay", s.fall_delay_s, timing.fall[c]);
+    note("min_dwell", s.min_dwell_s, timing.dwell[c]);
+  }
+  return lines;
 }
 
 SwitchLines::SwitchLines(SwitchPattern pattern) : commanded_(pattern) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "core/mpc/scalar.hpp"
+
 #include <array>
 #include <cstdint>
 #include <span>
@@ -15,6 +17,10 @@ using SwitchPattern = std::uint32_t;
 inline constexpr std::size_t max_switches = 8;
 /// Longest delay or dwell of a switch, in model steps.
 inline constexpr int max_delay_steps = 62;
+
+/// Switch states, commanded or in effect, as real numbers; entries beyond the mode set's switches stay 0.
+template <class Scalar>
+using SwitchStates = Vector<Scalar, max_switches>;
 
 /// A binary switch and its timing: a commanded rising (falling) edge takes effect rise_delay_s (fall_delay_s) later,
 /// and the command may change again only min_dwell_s after its last change.
@@ -62,15 +68,19 @@ class ModeSet {
   std::vector<double> points_;  // switched_size numbers for each of 2^switches patterns
 };
 
-/// A ModeSet's timing in steps of dt.
+/// A ModeSet's timing in steps of dt: delays rounded to the nearest step, least dwells up, so that one is never shorter
+/// than asked.
 struct SwitchTiming {
-  /// Rounds each time to whole steps; throws std::invalid_argument beyond max_delay_steps.
   SwitchTiming() = default;
+  /// Throws std::invalid_argument beyond max_delay_steps.
   SwitchTiming(const ModeSet& modes, double dt);
   int switches = 0;
   std::array<int, max_switches> rise{}, fall{}, dwell{};
   int longest_delay = 0;
 };
+
+/// One line for each time of the mode set that is no whole number of steps: what was asked and what it became.
+std::vector<std::string> rounded_times(const ModeSet& modes, double dt);
 
 /// The commands in flight. For each switch a line of effective states: bit i is its state i steps from now, the last
 /// bit its state from then on. A command overwrites the line from its delay onwards; so edges are delayed each on its
@@ -87,10 +97,14 @@ class SwitchLines {
     for (std::size_t c = 0; changed != 0; ++c, changed >>= 1) {
       if ((changed & 1u) == 0) continue;
       const bool on = (pattern >> c) & 1u;
-      const std::int64_t from = -(std::int64_t{1} << (on ? timing.rise[c] : timing.fall[c]));
-      line_[c] = on ? (line_[c] | from) : (line_[c] & ~from);
+      line_[c] = after_edge(line_[c], on, on ? timing.rise[c] : timing.fall[c]);
       age_[c] = 0;
     }
+  }
+  /// A switch's line of effective states once it has been commanded on or off, `delay` steps before that takes effect.
+  static std::int64_t after_edge(std::int64_t states, bool on, int delay) {
+    const std::int64_t from = -(std::int64_t{1} << delay);
+    return on ? (states | from) : (states & ~from);
   }
   /// The pattern in effect `ahead` steps from now.
   SwitchPattern effective(int ahead = 0) const {

@@ -51,8 +51,7 @@ struct Bounds {
   }
 };
 
-/// One mixed-integer optimal control problem over a finite horizon.                                    [theory.md, eq.
-/// 1]
+/// One mixed-integer optimal control problem over a finite horizon.                              [theory.md, eq. 1]
 ///
 ///     minimise   sum_{j=1..N} |r[j] - z[j]|^2_tracking + |r[N] - z[N]|^2_terminal + switching * (switch changes)
 ///                + consumption * sum_j rate(x[j], s[j]) dt + sum_j |u[j]|^2_continuous
@@ -77,12 +76,12 @@ struct Problem {
   std::vector<OutputOf<M>> setpoint;
 
   /// A problem of these parts with a zero reference. Throws std::invalid_argument, naming the part.
-  Problem(M model_, ModeSet modes_, Horizon horizon_, Cost<M> cost_, Bounds<M> bounds_ = {})
-      : model(std::move(model_)),
-        modes(std::move(modes_)),
-        horizon(std::move(horizon_)),
-        cost(cost_),
-        bounds(bounds_),
+  Problem(M dynamics, ModeSet mode_set, Horizon grid, Cost<M> weights, Bounds<M> limits = {})
+      : model(std::move(dynamics)),
+        modes(std::move(mode_set)),
+        horizon(std::move(grid)),
+        cost(weights),
+        bounds(limits),
         reference(static_cast<std::size_t>(horizon.steps())),
         setpoint(HasFeedback<M> ? reference.size() : 0) {
     if (modes.switched_size() != M::switched_size)

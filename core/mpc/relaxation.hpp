@@ -21,13 +21,21 @@ struct RelaxedGrid {
   std::size_t size() const { return intervals.size(); }
 };
 
-/// Each block of the horizon cut into control periods of `period` steps, the rest of a block an interval of its own.
-/// With period 0 each block is one interval.
-inline RelaxedGrid control_grid(const Horizon& horizon, int period = 5) {
+/// Each block of the horizon cut into intervals of `period` steps (0: uncut), the rest of a block an interval of its
+/// own; then neighbours joined until none is shorter than `least` steps, as relaxing needs of the longest switch delay.
+inline RelaxedGrid control_grid(const Horizon& horizon, int period, int least = 1) {
   RelaxedGrid grid;
+  int open = 0;
   for (const int length : horizon.blocks)
-    for (int left = length; left > 0; left -= grid.intervals.back())
-      grid.intervals.push_back(period > 0 ? std::min(period, left) : left);
+    for (int left = length, piece = 0; left > 0; left -= piece) {
+      piece = period > 0 ? std::min(period, left) : left;
+      open += piece;
+      if (open < least) continue;
+      grid.intervals.push_back(open);
+      open = 0;
+    }
+  if (open > 0 && grid.intervals.empty()) grid.intervals.push_back(0);
+  if (open > 0) grid.intervals.back() += open;
   return grid;
 }
 
@@ -55,36 +63,42 @@ struct RelaxedPlan {
   std::span<const double> row(std::size_t k) const { return std::span(weights).subspan(k * modes, modes); }
 };
 
-/// An integer plan as a point of the relaxed problem: each interval takes the mode of the block it begins in. With
-/// intervals that cut blocks and nothing else, its relaxed cost is the plan's cost.
+/// A plan as a point of the relaxed problem: each interval takes what the plan holds in the block it begins in, the
+/// relaxed weights where they are known and else the mode. With intervals that cut blocks and nothing else, the relaxed
+/// cost of an integer plan is its cost.
 template <HybridModel M>
 void relax_plan(const Problem<M>& problem, const RelaxedGrid& grid, const Plan<M>& plan,
                 RelaxedPlan<M>& relaxed) noexcept {
-  std::fill(relaxed.weights.begin(), relaxed.weights.end(), 0.0);
   std::size_t block = 0;
   int begin = 0, block_end = problem.horizon.blocks[0];
   for (std::size_t k = 0; k < grid.size(); begin += grid.intervals[k], ++k) {
     while (begin >= block_end && block + 1 < plan.modes.size()) block_end += problem.horizon.blocks[++block];
-    relaxed.row(k)[static_cast<std::size_t>(plan.modes[block])] = 1.0;
+    const std::span<double> row = relaxed.row(k);
+    if (plan.relaxation.known) {
+      std::copy_n(plan.relaxation.weights.begin() + static_cast<std::ptrdiff_t>(block * row.size()), row.size(),
+                  row.begin());
+    } else {
+      std::fill(row.begin(), row.end(), 0.0);
+      row[static_cast<std::size_t>(plan.modes[block])] = 1.0;
+    }
     relaxed.continuous[k] = plan.continuous[block];
   }
 }
 
-/// The relaxed plan as it looks `steps` later; what lies beyond the horizon repeats the last interval.
+/// The reverse: each block takes the relaxed weights and the continuous input of the interval it begins in.
 template <HybridModel M>
-void shift_relaxed_plan(const RelaxedGrid& grid, int steps, RelaxedPlan<M>& plan) noexcept {
-  std::size_t from = 0;
-  int begin = steps, from_end = grid.intervals.empty() ? 0 : grid.intervals[0];
-  for (std::size_t k = 0; k < grid.size(); begin += grid.intervals[k], ++k) {
-    while (begin >= from_end && from + 1 < grid.size()) from_end += grid.intervals[++from];
-    std::copy_n(plan.row(from).begin(), plan.modes, plan.row(k).begin());
-    plan.continuous[k] = plan.continuous[from];
+void keep_relaxation(const Problem<M>& problem, const RelaxedGrid& grid, const RelaxedPlan<M>& relaxed,
+                     Plan<M>& plan) noexcept {
+  std::size_t k = 0;
+  int begin = 0, end = grid.intervals[0];
+  for (std::size_t b = 0; b < plan.modes.size(); begin += problem.horizon.blocks[b], ++b) {
+    while (begin >= end && k + 1 < grid.size()) end += grid.intervals[++k];
+    const std::span<const double> row = relaxed.row(k);
+    std::copy(row.begin(), row.end(), plan.relaxation.weights.begin() + static_cast<std::ptrdiff_t>(b * row.size()));
+    plan.continuous[b] = relaxed.continuous[k];
   }
+  plan.relaxation.known = true;
 }
-
-/// Switch states, commanded or in effect, as real numbers; entries beyond the mode set's switches stay 0.
-template <class Scalar>
-using SwitchStates = Vector<Scalar, max_switches>;
 
 /// What a convex combination of modes commands: c = sum_m w_m pattern_m.
 template <class Scalar>
@@ -108,8 +122,7 @@ SwitchStates<Scalar> pattern_states(SwitchPattern pattern) noexcept {
 /// The state in effect of a switch `after` steps after it was commanded to c, when without that command it would have
 /// been l. Multilinear, and at c, l in {0, 1} what SwitchLines does:                        [theory-relaxed.md, eq. 3]
 ///
-///     l before both delays are over, c after both; in between  l c  (fall < rise)  or  1 - (1 - l)(1 - c)  (rise <
-///     fall)
+///     l before both delays, c after both; in between  l c  (fall < rise)  or  1 - (1 - l)(1 - c)  (rise < fall)
 template <class Scalar>
 Scalar effective_state(const Scalar& l, const Scalar& c, int after, int rise, int fall) noexcept {
   if (after >= std::max(rise, fall)) return c;
@@ -143,26 +156,11 @@ Scalar relaxed_switch_change(const Scalar& d) noexcept {
   return Scalar(scale) * (sqrt(Scalar(d * d + Scalar(e * e))) - Scalar(e));
 }
 
-/// Whether derivative-following solvers step the model's smooth_step in place of step.
-enum class Physics : std::uint8_t { exact, smooth };
-
-/// One model step; smooth where asked for and where the model has a smooth step.
-template <HybridModel M, Physics physics, class Scalar>
-Vector<Scalar, M::state_size> relaxed_model_step(const M& model, const Vector<Scalar, M::state_size>& x,
-                                                 const Vector<Scalar, M::switched_size>& s,
-                                                 const Vector<Scalar, M::continuous_size>& u, double dt) {
-  if constexpr (physics == Physics::smooth && HasSmoothStep<M>)
-    return model.template smooth_step<Scalar>(x, s, u, dt);
-  else
-    return model.template step<Scalar>(x, s, u, dt);
-}
-
 /// One interval of the relaxed problem: `length` steps from step `first` on under commanded switch states c, after
 /// `previous` (in the first interval the commands in flight count, previous is then what is in force), and the planned
-/// continuous input. The one definition of the relaxed dynamics and of its running cost, for every scalar.
+/// continuous input: predict_step() at switched inputs that follow the commands.
 ///
-/// step(j, state) is called after each step with its index j in the horizon; running(term) with each weighted term of
-/// the cost other than tracking (consumption, continuous effort).
+/// step(j, state) is called after each step with its index j in the horizon; running(term) as predict_step() does.
 template <HybridModel M, Physics physics, class Scalar, class Step, class Running>
 void roll_interval(const Problem<M>& problem, const SwitchTiming& timing, int first, int length,
                    const SwitchStates<Scalar>& previous, const SwitchStates<Scalar>& c,
@@ -181,19 +179,7 @@ void roll_interval(const Problem<M>& problem, const SwitchTiming& timing, int fi
       s = switched_inputs<M, Scalar>(problem.modes, in_effect);
     }
     const auto j = static_cast<std::size_t>(first + i);
-    Vector<Scalar, M::continuous_size> input = planned;
-    if constexpr (HasFeedback<M>) {
-      const auto law = problem.model.template feedback<Scalar>(x, problem.setpoint[j]);
-      for (std::size_t k = 0; k < M::continuous_size; ++k) input[k] = law[k] + planned[k];
-    }
-    if constexpr (HasConsumption<M>) {
-      const double weight = problem.cost.consumption * problem.horizon.dt_s;
-      if (weight != 0.0) running(Scalar(Scalar(weight) * problem.model.template consumption<Scalar>(x, s)));
-    }
-    for (std::size_t k = 0; k < M::continuous_size; ++k)
-      if (problem.cost.continuous[k] != 0.0)
-        running(Scalar(Scalar(problem.cost.continuous[k]) * (planned[k] * planned[k])));
-    x = relaxed_model_step<M, physics, Scalar>(problem.model, x, s, input, problem.horizon.dt_s);
+    predict_step<M, physics, Scalar>(problem, j, s, planned, x, running);
     step(j, std::as_const(x));
   }
 }
@@ -259,8 +245,9 @@ class RelaxedSolver {
   /// optimal is so among its neighbours. No allocation, lock or exception.
   virtual Report solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept = 0;
 
-  /// Whether the executive may call solve in a 5 ms cycle.
-  virtual bool real_time() const { return true; }
+  /// As in Solver.
+  virtual bool anticipates() const { return false; }
+  virtual void anticipate(const Problem<M>& /*expected*/, const RelaxedPlan<M>& /*warm_start*/) noexcept {}
 };
 
 /// Throws std::invalid_argument unless the grid covers the horizon with intervals no shorter than the longest delay:

@@ -37,34 +37,57 @@ Scalar weighted_square(const OutputOf<M>& weight, const OutputOf<M>& reference,
   return sum;
 }
 
-template <HybridModel M, class Scalar>
-Vector<Scalar, M::continuous_size> applied_continuous(const Problem<M>& problem, std::size_t j,
-                                                      const Vector<Scalar, M::state_size>& state,
-                                                      const ContinuousOf<M>& planned) {
-  Vector<Scalar, M::continuous_size> input{};
-  if constexpr (HasFeedback<M>) input = problem.model.template feedback<Scalar>(state, problem.setpoint[j]);
-  for (std::size_t i = 0; i < M::continuous_size; ++i) input[i] = input[i] + Scalar(planned[i]);
-  return input;
-}
-
 }  // namespace rollout_detail
 
-/// One model step with its share of the cost added to `cost`.
-template <HybridModel M, class Scalar>
-inline void roll_step(const Problem<M>& problem, std::size_t j, const Vector<Scalar, M::switched_size>& switched,
-                      const ContinuousOf<M>& planned, Vector<Scalar, M::state_size>& state, Scalar& cost) {
-  const OutputOf<M>& reference = problem.reference[j];
-  const auto input = rollout_detail::applied_continuous<M, Scalar>(problem, j, state, planned);
+/// Whether derivative-following solvers step the model's smooth_step in place of step.
+enum class Physics : std::uint8_t { exact, smooth };
+
+/// One model step; smooth where asked for and where the model has a smooth step.
+template <HybridModel M, Physics physics, class Scalar>
+Vector<Scalar, M::state_size> model_step(const M& model, const Vector<Scalar, M::state_size>& x,
+                                         const Vector<Scalar, M::switched_size>& s,
+                                         const Vector<Scalar, M::continuous_size>& u, double dt) {
+  if constexpr (physics == Physics::smooth && HasSmoothStep<M>)
+    return model.template smooth_step<Scalar>(x, s, u, dt);
+  else
+    return model.template step<Scalar>(x, s, u, dt);
+}
+
+/// Step j of the prediction, and the one definition of the running cost for every scalar and solver:
+///
+///     running   consumption * rate(x[j], s) dt,  then  weight[i] * planned[i]^2  for each continuous input
+///     x[j+1] =  step(x[j], s, feedback(x[j], setpoint[j]) + planned, dt)
+///
+/// running(term) is called with each weighted term that is not 0 by its weight, in this order.
+template <HybridModel M, Physics physics, class Scalar, class Running>
+inline void predict_step(const Problem<M>& problem, std::size_t j, const Vector<Scalar, M::switched_size>& switched,
+                         const Vector<Scalar, M::continuous_size>& planned, Vector<Scalar, M::state_size>& state,
+                         Running&& running) {
+  Vector<Scalar, M::continuous_size> input = planned;
+  if constexpr (HasFeedback<M>) {
+    input = problem.model.template feedback<Scalar>(state, problem.setpoint[j]);
+    for (std::size_t i = 0; i < M::continuous_size; ++i) input[i] = input[i] + planned[i];
+  }
   if constexpr (HasConsumption<M>) {
     const double weight = problem.cost.consumption * problem.horizon.dt_s;
-    if (weight != 0.0) cost = cost + Scalar(weight) * problem.model.template consumption<Scalar>(state, switched);
+    if (weight != 0.0) running(Scalar(Scalar(weight) * problem.model.template consumption<Scalar>(state, switched)));
   }
   for (std::size_t i = 0; i < M::continuous_size; ++i)
     if (problem.cost.continuous[i] != 0.0)
-      cost = cost + Scalar(problem.cost.continuous[i]) * (Scalar(planned[i]) * Scalar(planned[i]));
-  state = problem.model.template step<Scalar>(state, switched, input, problem.horizon.dt_s);
-  const auto output = problem.model.template output<Scalar>(state);
-  cost = rollout_detail::weighted_square<M, Scalar>(problem.cost.tracking, reference, output, cost);
+      running(Scalar(Scalar(problem.cost.continuous[i]) * (planned[i] * planned[i])));
+  state = model_step<M, physics, Scalar>(problem.model, state, switched, input, problem.horizon.dt_s);
+}
+
+/// One model step with its share of the cost added to `cost`: the running cost, then the tracking of x[j+1].
+template <HybridModel M, class Scalar>
+inline void roll_step(const Problem<M>& problem, std::size_t j, const Vector<Scalar, M::switched_size>& switched,
+                      const ContinuousOf<M>& planned, Vector<Scalar, M::state_size>& state, Scalar& cost) {
+  Vector<Scalar, M::continuous_size> input;
+  for (std::size_t i = 0; i < M::continuous_size; ++i) input[i] = Scalar(planned[i]);
+  predict_step<M, Physics::exact, Scalar>(problem, j, switched, input, state,
+                                          [&](const Scalar& term) { cost = cost + term; });
+  cost = rollout_detail::weighted_square<M, Scalar>(problem.cost.tracking, problem.reference[j],
+                                                    problem.model.template output<Scalar>(state), cost);
 }
 
 /// Commands `mode`, rolls one block of `length` steps, and adds its share of the cost.

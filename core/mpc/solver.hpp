@@ -18,8 +18,12 @@ class Solver {
   /// No allocation, lock or exception.
   virtual Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept = 0;
 
-  /// Whether the executive may call solve in a 5 ms cycle.
-  virtual bool real_time() const { return true; }
+  /// Whether anticipate() shortens the next solve.
+  virtual bool anticipates() const { return false; }
+  /// Prepares for a problem that is still to be measured: `expected` as it is forecast, and its warm start. The next
+  /// solve of a problem that differs from it in the measured state alone may use what was prepared, and then says so
+  /// (Report::anticipated); its plan may differ from what solve() alone finds. No allocation, lock or exception.
+  virtual void anticipate(const Problem<M>& /*expected*/, const Plan<M>& /*warm_start*/) noexcept {}
 };
 
 }  // namespace solenoid

@@ -4,9 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <numbers>
+#include <sstream>
 
 #include <fmt/format.h>
 
@@ -125,16 +124,16 @@ Trajectory thesis_sine(double start_m) {
 namespace {
 
 /// Parses `time_s,position_m` lines; errors name the file and line.
-Trajectory read_csv(const std::string& path) {
+Trajectory read_csv(const LinkedFile& file) {
   const auto refuse = [&](int line, const std::string& problem) {
     throw ConfigError(
         fmt::format("{}:{}: {} (allowed: a heading line, then lines `time_s,position_m` with times "
                     "increasing from 0)",
-                    path, line, problem));
+                    file.path, line, problem));
   };
-  std::ifstream in(path);
-  if (!in || std::filesystem::is_directory(path))
-    throw ConfigError(fmt::format("{}: trajectory cannot be read (allowed: a readable CSV file)", path));
+  if (!file.text)
+    throw ConfigError(fmt::format("{}: trajectory cannot be read (allowed: a readable CSV file)", file.path));
+  std::istringstream in(*file.text);
   std::vector<double> times, positions;
   std::string text;
   std::getline(in, text);
@@ -183,7 +182,7 @@ Trajectory read_trajectory(TableReader& table, double start_m) {
     if (stations.empty()) table.fail("to_m", "empty (allowed: at least one position)");
     for (const double station : stations) trajectory.cycloid_to(station, move).dwell(dwell);
   } else {
-    trajectory = read_csv((std::filesystem::path(table.folder()) / table.text("path")).string());
+    trajectory = read_csv(table.file("path"));
   }
   table.finish();
   return trajectory;

@@ -15,7 +15,7 @@ struct ReferenceSample {
   double acceleration = 0.0;
 };
 
-/// A desired motion y_d(t), t >= 0, held at its last position after its end (model.md, section 5).
+/// A trajectory is a desired motion y_d(t), t >= 0, held at its last position after its end (model.md, section 7).
 class Trajectory {
  public:
   /// Holds `position_m` for ever.
@@ -24,19 +24,20 @@ class Trajectory {
   ReferenceSample at(double time_s) const;
   double duration_s() const { return duration_s_; }
   double start_m() const { return start_; }
-  /// Start of the steady part of SSE and SSA, if the motion ends in a dwell: its second half, the first being left to
-  /// the slide's settling.
+  /// Returns where the steady part of SSE and SSA starts, if the motion ends in a dwell: the dwell's second half, the
+  /// first being left to the slide's settling.
   std::optional<double> steady_from_s() const { return steady_from_s_; }
-  /// Lowest and highest desired position, sampled each millisecond.
+  /// Returns the lowest and highest desired position, sampled each millisecond.
   std::pair<double, double> range_m() const;
 
   Trajectory& dwell(double duration_s);
-  /// The cycloid (3.1): y + h (t/T - sin(2 pi t/T) / (2 pi)); velocity and acceleration vanish at both ends.
+  /// Appends the cycloid (3.1): y + h (t/T - sin(2 pi t/T) / (2 pi)); velocity and acceleration vanish at both ends.
   Trajectory& cycloid_to(double position_m, double duration_s);
   Trajectory& step_to(double position_m, double hold_s);
-  /// `periods` of a cosine that starts and ends at the current position and swings to `other_m`.
+  /// Appends `periods` of a cosine that starts and ends at the current position and swings to `other_m`.
   Trajectory& cosine(double other_m, double frequency_hz, double periods);
-  /// Points (time, position) by cubic Hermite interpolation with central-difference slopes, times increasing from 0.
+  /// Appends a motion through points (time, position), times increasing from 0, by cubic Hermite interpolation with
+  /// central-difference slopes.
   Trajectory& through(std::vector<double> times_s, std::vector<double> positions_m);
   /// Marks the steady part as starting at `time_s`.
   Trajectory& steady_from(double time_s);

@@ -13,17 +13,19 @@
 
 namespace solenoid {
 
-/// How a solver's thread lives.
+/// These settings say how a solver's thread lives.
 struct SolverThreadSettings {
   double period_s = 0.005;  ///< posts come so often: between them the thread sleeps, shortly before one it looks often
+  double lead_s = 0.001;    ///< before a post comes the problem as it is expected, for solvers that anticipate
   double look_s = 50e-6;    ///< how often
   int priority = 0;         ///< SCHED_FIFO below the tick's; 0: as it is
   int core = -1;            ///< -1: any
   double patience_s = 1.0;  ///< at the end: so long for a solve under way before the thread is left behind
 };
 
-/// A solver in a thread of its own, between two mailboxes. Posting and collecting make no system call: the thread looks
-/// for work itself, so that the tick need not wake it. A solver that never returns costs its thread, not the tick.
+/// Runs a solver in a thread of its own, between two mailboxes. Posting and collecting make no system call: the thread
+/// looks for work itself, so that the tick need not wake it. A solver that never returns costs its thread, not the
+/// tick.
 template <HybridModel M>
 class BackgroundSolver final : public DeferredSolver<M> {
  public:
@@ -55,20 +57,19 @@ class BackgroundSolver final : public DeferredSolver<M> {
 
   void post(std::int64_t ticket, const Problem<M>& problem, const Plan<M>& warm_start,
             double budget_s) noexcept override {
-    Posted& slot = shared_->posted.back();
-    slot.ticket = ticket;
-    slot.budget_s = budget_s;
-    copy_situation(problem, slot.problem);
-    slot.warm_start = warm_start;
-    shared_->posted.put();
+    put(ticket, problem, warm_start, budget_s);
+  }
+  bool anticipates() const override { return shared_->solver->anticipates(); }
+  void anticipate(const Problem<M>& expected, const Plan<M>& warm_start) noexcept override {
+    put(expectation, expected, warm_start, 0.0);
   }
   const Finished* collect() noexcept override {
     return shared_->finished.take() ? &shared_->finished.front() : nullptr;
   }
 
-  /// Posts and waits: for callers that are no tick.
+  /// Posts the problem and waits for its plan: for callers outside of the tick.
   Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline) noexcept override {
-    constexpr std::int64_t ticket = -2;
+    constexpr std::int64_t ticket = -3;
     post(ticket, problem, plan, 0.0);
     MonotonicClock clock;
     for (;;) {
@@ -82,13 +83,14 @@ class BackgroundSolver final : public DeferredSolver<M> {
   }
 
  private:
+  static constexpr std::int64_t expectation = -2;  // the ticket of a problem that is still to be measured
   struct Posted {
     std::int64_t ticket = -1;
     double budget_s = 0.0;
     Problem<M> problem;
     Plan<M> warm_start;
   };
-  /// What outlives a thread that hangs.
+  /// Both sides share this, and it outlives the solver object if the thread hangs.
   struct Shared {
     Shared(const Problem<M>& problem, std::unique_ptr<Solver<M>> s, const SolverThreadSettings& t)
         : solver(std::move(s)),
@@ -107,9 +109,14 @@ class BackgroundSolver final : public DeferredSolver<M> {
           continue;
         }
         const double begun = clock.now_s();
-        solve();
-        // Nothing comes before the next period; sleep through most of it.
-        const double next = begun + settings.period_s - 6 * settings.look_s;
+        const bool expected = posted.front().ticket == expectation;
+        if (expected)
+          solver->anticipate(posted.front().problem, posted.front().warm_start);
+        else
+          solve();
+        // Nothing comes for a while; sleep through most of it.
+        const double lead_s = solver->anticipates() ? settings.lead_s : 0.0;
+        const double next = begun + (expected ? lead_s : settings.period_s - lead_s) - 6 * settings.look_s;
         if (clock.now_s() < next) clock.sleep_until(next);
       }
       ended.store(true);
@@ -133,7 +140,16 @@ class BackgroundSolver final : public DeferredSolver<M> {
     std::atomic<bool> stop{false}, ended{false};
   };
 
-  std::unique_ptr<Solver<M>> solver_;
+  void put(std::int64_t ticket, const Problem<M>& problem, const Plan<M>& warm_start, double budget_s) noexcept {
+    Posted& slot = shared_->posted.back();
+    slot.ticket = ticket;
+    slot.budget_s = budget_s;
+    copy_situation(problem, slot.problem);
+    slot.warm_start = warm_start;
+    shared_->posted.put();
+  }
+
+  std::unique_ptr<Solver<M>> solver_;  // until prepare
   SolverThreadSettings settings_;
   std::shared_ptr<Shared> shared_;
   std::thread thread_;

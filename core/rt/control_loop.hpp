@@ -9,17 +9,17 @@
 
 namespace solenoid {
 
-/// How the ticks of a run kept their time.
+/// These counts say how the ticks of a run kept their time.
 struct LoopCounts {
   std::int64_t ticks = 0;    ///< done
   std::int64_t skipped = 0;  ///< left out: their time had passed before they could begin
   std::int64_t late = 0;     ///< done, but ended after the next was due
 };
 
-/// The control loop, in simulation and on the rig alike; only plant and clock differ.
+/// Runs the control loop, in simulation and on the rig alike; only plant and clock differ.
 ///
-///     plant.read -> controller (filter, estimator, every 5 ms the solver, motor law) -> limits -> plant.write ->
-///     recorder
+///     plant.read -> controller (filter, estimator, every 5 ms the solver, motor law) -> limits
+///                -> plant.write -> recorder
 ///
 /// Tick k is due at start + k period. Ticks whose whole period has passed are skipped and counted, never made up for,
 /// so the phase stays. No allocation, lock or exception of its own.
@@ -33,7 +33,7 @@ class ControlLoop {
   void run(std::int64_t ticks, double period_s) noexcept {
     run(ticks, period_s, [] { return false; });
   }
-  /// The same until `stop()`, which is asked after every tick.
+  /// Does the same until `stop()`, which it asks after every tick, says so.
   template <class Stop>
   void run(std::int64_t ticks, double period_s, Stop stop) noexcept {
     const double start_s = clock_.now_s();
@@ -56,7 +56,7 @@ class ControlLoop {
   const LoopCounts& counts() const { return counts_; }
 
  private:
-  /// Whole periods since the start, the rounding of a product excused.
+  /// Counts the whole periods since the start; a rounding error of a product does not hide one.
   std::int64_t passed(double start_s, double period_s) const noexcept {
     return static_cast<std::int64_t>(std::floor((clock_.now_s() - start_s) / period_s + 1e-6));
   }

@@ -9,8 +9,8 @@
 
 namespace solenoid {
 
-/// What an estimator believes beyond the state, and how well it believes to know it (standard deviations). Zero where
-/// it does not say.
+/// An estimator says here what it believes beyond the state, and how well it believes to know it (standard deviations).
+/// Zeros, and ones for the factors, stand where it does not say.
 struct EstimateDetail {
   double payload_kg = 0.0, payload_sigma_kg = 0.0;
   double disturbance_n = 0.0, disturbance_sigma_n = 0.0;  ///< external force on the slide
@@ -19,7 +19,7 @@ struct EstimateDetail {
   double innovation = 0.0;  ///< normalised innovation squared of the tick, chi-square with 3 degrees of freedom
 };
 
-/// What stands behind a command, from best to worst: the degradation ladder (docs/realtime.md).
+/// A rung of the degradation ladder is what stands behind a command, from best to worst (docs/reference/realtime.md).
 enum class Rung : std::uint8_t {
   fresh,    ///< the plan made for this slot
   shifted,  ///< an older plan, at its own later blocks
@@ -34,7 +34,7 @@ constexpr std::string_view to_string(Rung rung) {
   return names[static_cast<std::size_t>(rung)];
 }
 
-/// What a controller decided in a tick, and what it thought.
+/// A decision is what a controller commands in a tick, with what it believed and planned.
 struct Decision {
   Command command;
   ActuatorState estimate{};
@@ -51,12 +51,12 @@ struct Decision {
   FaultSet safe_causes;  ///< what latched SAFE
 };
 
-/// Sensors in, commands out, once a tick. step, applied, restart: no allocation, lock or exception.
+/// A controller turns sensors into a command once a tick. step, applied, restart: no allocation, lock or exception.
 class Controller {
  public:
   virtual ~Controller() = default;
   virtual Decision step(const Sensors& sensors) noexcept = 0;
-  /// What left through the exit in the tick just stepped; a controller that is not told assumes its own command.
+  /// Tells which command left through the exit in the tick just stepped; a controller that is not told takes its own.
   virtual void applied(const Command& /*command*/) noexcept {}
   /// Begins the task anew at `time_s` from this position, without a jump of the reference.
   virtual void restart(double /*time_s*/, double /*position_m*/) noexcept {}

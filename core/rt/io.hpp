@@ -5,7 +5,7 @@
 
 namespace solenoid {
 
-/// What a plant reports at a tick.
+/// A plant reports this at a tick.
 struct Sensors {
   double time_s = 0.0;
   double position_m = 0.0;
@@ -17,7 +17,7 @@ struct Sensors {
   bool node_was_safe = false;  ///< the I/O went to its safe state by itself since the last tick
 };
 
-/// What a plant is told.
+/// A plant is told this: which coils are on, and the motor's force.
 struct Command {
   SwitchPattern coils = 0;
   double motor_force_n = 0.0;
@@ -25,13 +25,13 @@ struct Command {
   bool operator==(const Command&) const = default;
 };
 
-/// The rig, its emulator or a simulation of it.
+/// A plant is the rig, its emulator or a simulation of it.
 class Plant {
  public:
   virtual ~Plant() = default;
-  /// Sensor values at `time_s`, which never decreases.
+  /// Returns the sensors' values at `time_s`, which never decreases.
   virtual Sensors read(double time_s) noexcept = 0;
-  /// Holds until the next write.
+  /// Gives a command, which holds until the next one.
   virtual void write(const Command& command) noexcept = 0;
 };
 

@@ -11,7 +11,8 @@ namespace solenoid {
 ///
 ///     writer   box.back() = ...; box.put();                    reader   if (box.take()) ... box.front() ...
 ///
-/// Three copies of T: the writer's, the reader's, and the one between them, exchanged by one atomic operation.
+/// There are three copies of T: the writer's, the reader's, and the one between them, exchanged by one atomic
+/// operation.
 template <class T>
 class Mailbox {
  public:
@@ -21,7 +22,7 @@ class Mailbox {
   T& back() noexcept { return copies_[back_]; }
   void put() noexcept { back_ = between_.exchange(back_ | fresh, std::memory_order_acq_rel) & index; }
 
-  /// Whether there was something new; it is in front() until the next take().
+  /// Returns whether there was something new; it is in front() until the next take().
   bool take() noexcept {
     if (!(between_.load(std::memory_order_relaxed) & fresh)) return false;
     front_ = between_.exchange(front_, std::memory_order_acq_rel) & index;

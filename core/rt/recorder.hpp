@@ -6,7 +6,7 @@
 
 namespace solenoid {
 
-/// Where a tick's time went [us]; all zero on a fake clock that nobody moves.
+/// A tick's timing says where its time went [us]; all is zero on a fake clock that nobody moves.
 struct TickTiming {
   float late_us = 0;     ///< from the moment it was due to its beginning
   float read_us = 0;     ///< plant.read
@@ -15,7 +15,7 @@ struct TickTiming {
   float total_us() const { return read_us + control_us + write_us; }
 };
 
-/// One tick as it happened.
+/// A record holds one tick as it happened.
 struct TickRecord {
   Sensors sensors;
   Decision decision;

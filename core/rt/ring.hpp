@@ -6,13 +6,13 @@
 
 namespace solenoid {
 
-/// A bounded queue from one thread to one other; neither ever waits. Full, it refuses.
+/// Queues values from one thread to one other; neither ever waits. When it is full it refuses.
 template <class T>
 class Ring {
  public:
   explicit Ring(std::size_t capacity) : slots_(capacity + 1) {}
 
-  /// False, and nothing kept, when the reader is `capacity` values behind.
+  /// Returns false and keeps nothing when the reader is `capacity` values behind.
   bool push(const T& value) noexcept {
     const std::size_t at = tail_.load(std::memory_order_relaxed), next = after(at);
     if (next == head_.load(std::memory_order_acquire)) return false;

@@ -5,7 +5,7 @@
 
 namespace solenoid {
 
-/// What is plausible or not about one sensor (core/safety/plausibility.hpp).
+/// A sensor can fail in these ways (core/safety/plausibility.hpp).
 enum class SensorFault : std::uint8_t {
   not_finite,  ///< no number
   range,       ///< outside what the quantity can be
@@ -20,7 +20,7 @@ inline constexpr int sensor_fault_kinds = 8;
 enum class Sensor : std::uint8_t { position, pressure_a, pressure_b };
 inline constexpr int sensor_count = 3;
 
-/// What else can be wrong.
+/// These things beside the sensors can be wrong.
 enum class Fault : std::uint8_t {
   position_limit = sensor_count * sensor_fault_kinds,
   pressure_limit,
@@ -61,7 +61,7 @@ class FaultSet {
   std::uint64_t bits_ = 0;
 };
 
-/// "position slew, tick gap", or "none". Allocates.
+/// Names the faults: "position slew, tick gap", or "none". Allocates.
 std::string to_string(FaultSet faults);
 
 }  // namespace solenoid

@@ -10,14 +10,14 @@
 
 namespace solenoid {
 
-/// How fast commands may change. Nothing holds back a change to the safe state.
+/// These rates say how fast commands may change. Nothing holds back a change to the safe state.
 struct CommandRates {
   double motor_n_per_tick = std::numeric_limits<double>::infinity();
   int coil_period_ticks = 0;  ///< least time from one switching-on of a coil to its next
 };
 
-/// The one exit of every command: finite, in range, an allowed pattern, no faster than the rates. What is refused is
-/// replaced by its safe value (coils off, motor 0 N) or clamped, and counted.
+/// Every command leaves through this one exit, which sees that it is finite, in range, an allowed pattern and no faster
+/// than the rates. What it refuses it replaces by the safe value (coils off, motor 0 N) or clamps, and counts.
 class CommandLimits {
  public:
   CommandLimits(const ModeSet& modes, double motor_limit_n, CommandRates rates = {})

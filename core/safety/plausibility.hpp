@@ -7,7 +7,7 @@
 
 namespace solenoid {
 
-/// What one sensor can show.
+/// These bounds say what one sensor can show.
 struct SensorBounds {
   double low = 0.0, high = 0.0;            ///< what the quantity can be
   double rail_low = 0.0, rail_high = 0.0;  ///< the converter's ends
@@ -34,7 +34,7 @@ struct PlausibilitySettings {
   double innovation_limit = 30.0;  ///< mean squared innovation in variances; a sound sensor's is 1
 };
 
-/// Which sensors may be believed. A tick whose value is not plausible is left out (the value becomes NaN, which
+/// Decides which sensors may be believed. A tick whose value is not plausible is left out (the value becomes NaN, which
 /// estimators pass over); a sensor left out for longer than patience has failed, and stays so until reset.
 /// No allocation, lock or exception.
 class Plausibility {
@@ -48,13 +48,14 @@ class Plausibility {
 
   Plausibility(const PlausibilitySettings& settings, double atmosphere_pa, double supply_pa);
 
-  /// Once a tick. `expected_pa_per_tick`: how the model moves the two pressures under the valves now open.
-  /// `innovations`: squared and in variances, of the last tick, from an estimator that watches; 0 where there is none.
+  /// Judges the sensors of a tick, once a tick. `expected_pa_per_tick` is how the model moves the two pressures under
+  /// the valves now open; `innovations` are those of the last tick, squared and in variances, from an estimator that
+  /// watches, 0 where there is none.
   Verdict check(const Sensors& sensors, const std::array<double, 2>& expected_pa_per_tick,
                 const std::array<double, sensor_count>& innovations) noexcept;
-  /// Ticks passed without a check: values may have moved meanwhile.
+  /// Says that ticks have passed without a check: values may have moved meanwhile.
   void skip(int ticks) noexcept;
-  /// All is forgotten: sensors start anew.
+  /// Forgets everything: sensors start anew.
   void reset() noexcept;
 
  private:
@@ -64,7 +65,7 @@ class Plausibility {
     bool started = false;
     FaultSet failed;
   };
-  /// Adds what is wrong with this value; whether it may be used.
+  /// Adds what is wrong with this value to `seen`; returns whether it may be used.
   bool usable(Sensor sensor, double value, Channel& channel, FaultSet& seen) noexcept;
   bool at_once(Sensor sensor, double value, const Channel& channel, FaultSet& seen) const noexcept;
   bool over_time(Sensor sensor, double value, Channel& channel, FaultSet& seen) noexcept;

@@ -18,7 +18,7 @@ struct Biquad {
     s2 = b2 * x - a2 * y;
     return y;
   }
-  /// As if input and output had always been `value`; for sections of unit gain at rest.
+  /// Starts as if input and output had always been `value`; for sections of unit gain at rest.
   void reset(double value) {
     s1 = value * (1 - b0);
     s2 = value * (b2 - a2);

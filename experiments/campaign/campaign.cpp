@@ -1,14 +1,12 @@
 #include "experiments/campaign/campaign.hpp"
 
+#include "experiments/base/files.hpp"
+#include "experiments/base/machine.hpp"
 #include "experiments/campaign/ensemble.hpp"
-#include "experiments/campaign/files.hpp"
 #include "experiments/campaign/library.hpp"
-#include "experiments/campaign/machine.hpp"
-#include "experiments/embedded.hpp"
 
 #include <algorithm>
 #include <filesystem>
-#include <sstream>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -27,19 +25,19 @@ class Carrier {
  public:
   explicit Carrier(std::vector<InputFile>& inputs) : inputs_(inputs) {}
 
-  Carried carry(const toml::table& table, const Document& document) {
-    toml::table moved = table, keyed = table;
-    rewrite(moved, keyed, std::filesystem::path(document.path).parent_path());
-    return {moved, toml_text(keyed)};
+  Carried carry(const Document& document) {
+    toml::table moved = document.root(), keyed = moved;
+    rewrite(moved, keyed, document);
+    return {std::move(moved), toml_text(keyed)};
   }
 
  private:
-  void rewrite(toml::table& moved, toml::table& keyed, const std::filesystem::path& folder) {
+  void rewrite(toml::table& moved, toml::table& keyed, const Document& document) {
     for (auto&& [key, node] : moved) {
-      if (toml::table* inner = node.as_table()) rewrite(*inner, *keyed[key].as_table(), folder);
+      if (toml::table* inner = node.as_table()) rewrite(*inner, *keyed[key].as_table(), document);
       const auto* text = node.as_string();
       if (!text || !(text->get().ends_with(".csv") || text->get().ends_with(".toml"))) continue;
-      const auto content = read_whole_file((folder / text->get()).string());
+      const auto content = document.linked(text->get());
       if (!content) continue;
       const std::string hash = fingerprint(*content);
       keyed.insert_or_assign(key, "content " + hash);
@@ -70,14 +68,14 @@ void refuse_twice(const std::vector<T>& values, const auto& fail) {
 
 std::vector<std::string> variant_names(Library& library, const Selection& selection) {
   const bool chosen = !selection.variants.empty();
-  Document* listing = library.with_key("variants");
-  Document& blamed = listing ? *listing : library.root();
+  TableReader* listing = library.with_key("variants");
+  TableReader& blamed = listing ? *listing : library.root();
   const auto fail = [&](const std::string& problem) {
     if (chosen) throw ConfigError("--variant: " + problem);
-    blamed.reader.fail("variants", problem);
+    blamed.fail("variants", problem);
   };
   std::vector<std::string> names = selection.variants;
-  if (!chosen && listing) names = listing->reader.texts("variants");
+  if (!chosen && listing) names = listing->texts("variants");
   const std::string known = fmt::format("{}", fmt::join(library.variant_order(), ", "));
   if (names.empty()) fail(fmt::format("{} (allowed: any of {})", listing ? "empty" : "missing", known));
   refuse_twice(names, fail);
@@ -87,10 +85,10 @@ std::vector<std::string> variant_names(Library& library, const Selection& select
 }
 
 std::vector<std::uint64_t> read_seeds(Library& library) {
-  Document* listing = library.with_key("seeds");
+  TableReader* listing = library.with_key("seeds");
   if (!listing) return {1};
-  const std::vector<int> seeds = listing->reader.integers("seeds", 0, 2147483647);
-  const auto fail = [&](const std::string& problem) { listing->reader.fail("seeds", problem); };
+  const std::vector<int> seeds = listing->integers("seeds", 0, 2147483647);
+  const auto fail = [&](const std::string& problem) { listing->fail("seeds", problem); };
   if (seeds.empty()) fail("empty (allowed: at least one whole number)");
   refuse_twice(seeds, fail);
   return {seeds.begin(), seeds.end()};
@@ -99,7 +97,7 @@ std::vector<std::uint64_t> read_seeds(Library& library) {
 /// Scenarios of the selection, in the campaign's order.
 std::vector<Library::Entry*> chosen_scenarios(Library& library, const Selection& selection) {
   if (library.scenarios().empty())
-    library.root().reader.fail("scenario", "missing (allowed: at least one table headed [[scenario]])");
+    library.root().fail("scenario", "missing (allowed: at least one table headed [[scenario]])");
   std::vector<Library::Entry*> chosen;
   std::vector<std::string> names;
   for (Library::Entry& entry : library.scenarios()) {
@@ -127,23 +125,27 @@ void check_equilibrium(const ScenarioConfig& scenario, const VariantConfig& vari
   }
 }
 
-/// Fills a campaign part by part, and beside it the resolved configuration and what each run's hash covers.
+/// Fills a campaign part by part, and beside it the resolved document and what each run's hash covers.
 class CampaignReader {
  public:
-  CampaignReader(Library& library, const Selection& selection) : library_(library), selection_(selection) {}
+  CampaignReader(Library& library, const Selection& selection)
+      : library_(library), selection_(selection), resolved_(library.root().document().name()) {}
 
-  Campaign read(const std::string& path) {
-    campaign_.name = library_.root().reader.text_or("name", std::filesystem::path(path).stem().string());
+  Campaign read() {
+    toml::table& root = resolved_.root();
+    campaign_.name = library_.root().text_or("name", std::filesystem::path(resolved_.name()).stem().string());
     campaign_.seeds = read_seeds(library_);
-    resolved_.insert("name", campaign_.name);
-    resolved_.insert("seeds", toml::array{});
+    root.insert("name", campaign_.name);
+    root.insert("seeds", toml::array{});
     for (const std::uint64_t seed : campaign_.seeds)
-      resolved_["seeds"].as_array()->push_back(static_cast<std::int64_t>(seed));
+      root["seeds"].as_array()->push_back(static_cast<std::int64_t>(seed));
     take_variants();
     take_scenarios();
     cross();
+    for (const InputFile& input : campaign_.inputs) resolved_.carry(input.name, input.text);
     campaign_.resolved_toml =
-        "# Everything this campaign ran; `solenoid compare` runs it again.\n" + toml_text(resolved_) + "\n";
+        "# Everything this campaign ran; `solenoid compare` runs it again.\n" + toml_text(root) + "\n";
+    campaign_.resolved = std::make_shared<const Document>(std::move(resolved_));
     return std::move(campaign_);
   }
 
@@ -154,31 +156,28 @@ class CampaignReader {
     toml::table tables;
     toml::array names;
     for (const std::string& name : variant_names(library_, selection_)) {
-      Library::Entry& entry = library_.variants().at(name);
-      const toml::table table = believing(*entry.raw);
-      if (selection_.model.empty()) {
-        campaign_.variants.push_back(read_variant(entry.reader, name));
-      } else {
-        TableReader reader = TableReader::from_text(toml_text(table), entry.document->path);
-        campaign_.variants.push_back(read_variant(reader, name));
-      }
-      Carried carried = carrier_.carry(table, *entry.document);
+      const Library::Entry& entry = library_.variants().at(name);
+      Document variant = entry.document->part(entry.path, *entry.table);
+      believe(variant);
+      Carried carried = carrier_.carry(variant);
       variant_keys_.push_back(name + "\n" + carried.key);
       names.push_back(name);
       tables.insert(name, std::move(carried.table));
+      resolved_.comes_from("variant." + name, variant, variant.path());
+      TableReader reader(std::move(variant));
+      campaign_.variants.push_back(read_variant(reader, name));
     }
-    resolved_.insert("variants", std::move(names));
-    resolved_.insert("variant", std::move(tables));
+    resolved_.root().insert("variants", std::move(names));
+    resolved_.root().insert("variant", std::move(tables));
   }
 
-  /// The variant's table with the selection's model, whose file is relative to the working directory.
-  toml::table believing(toml::table table) const {
+  /// Sets the selection's model, whose file is relative to the working directory.
+  void believe(Document& variant) const {
     const std::string& model = selection_.model;
-    if (model.ends_with(".toml"))
-      table.insert_or_assign("model", std::filesystem::absolute(model).string());
-    else if (!model.empty())
-      table.insert_or_assign("model", model);
-    return table;
+    if (model.empty()) return;
+    variant.root().insert_or_assign("model",
+                                    model.ends_with(".toml") ? std::filesystem::absolute(model).string() : model);
+    variant.set_by(variant.path() + ".model", "--model");
   }
 
   void take_scenarios() {
@@ -192,22 +191,26 @@ class CampaignReader {
       }
       const ScenarioConfig scenario = read_scenario(entry->reader);
       if (!ensemble) {
-        take_scenario(scenario, *entry, *entry->raw);
+        take_scenario(scenario, entry->document->part(entry->path, *entry->table));
         continue;
       }
-      for (const toml::table& member : ensemble_scenarios(*ensemble, *entry->raw)) {
-        TableReader reader = TableReader::from_text(toml_text(member), entry->document->path);
-        take_scenario(read_scenario(reader), *entry, member);
+      for (const toml::table& member : ensemble_scenarios(*ensemble, *entry->table)) {
+        const auto drawn = std::make_shared<Document>(entry->document->part(entry->path, member));
+        for (const char* key : {"payload_kg", "mismatch", "noise_factor"})
+          if (!entry->table->contains(key)) drawn->set_by(entry->path + "." + key, entry->reader.where("ensemble"));
+        TableReader reader(drawn);
+        take_scenario(read_scenario(reader), *drawn);
       }
     }
-    resolved_.insert("scenario", std::move(scenario_tables_));
+    resolved_.root().insert("scenario", std::move(scenario_tables_));
   }
 
-  void take_scenario(const ScenarioConfig& scenario, Library::Entry& entry, const toml::table& table) {
+  void take_scenario(const ScenarioConfig& scenario, const Document& document) {
     campaign_.scenarios.push_back(scenario);
     for (const VariantConfig& variant : campaign_.variants)
-      check_equilibrium(scenario, variant, entry.reader.where("payload_kg"));
-    Carried carried = carrier_.carry(table, *entry.document);
+      check_equilibrium(scenario, variant, document.where(document.path() + ".payload_kg"));
+    resolved_.comes_from(fmt::format("scenario[{}]", scenario_tables_.size()), document, document.path());
+    Carried carried = carrier_.carry(document);
     scenario_keys_.push_back(carried.key);
     scenario_tables_.push_back(std::move(carried.table));
   }
@@ -228,17 +231,27 @@ class CampaignReader {
   const Selection& selection_;
   Campaign campaign_;
   Carrier carrier_{campaign_.inputs};
-  toml::table resolved_;
+  Document resolved_;
   toml::array scenario_tables_;
   std::vector<std::string> variant_keys_, scenario_keys_;
 };
 
 }  // namespace
 
+Campaign read_campaign(Library& library, const Selection& selection) {
+  return CampaignReader(library, selection).read();
+}
+
 Campaign read_campaign(const std::string& path, const Selection& selection) {
   Library library;
   library.load(path);
-  return CampaignReader(library, selection).read(path);
+  return read_campaign(library, selection);
+}
+
+Campaign read_campaign(Document document, const Selection& selection) {
+  Library library;
+  library.load(std::move(document));
+  return read_campaign(library, selection);
 }
 
 std::vector<VariantConfig> shipped_variants() {
@@ -260,11 +273,8 @@ VariantConfig shipped_variant(const std::string& name) {
 
 std::vector<std::string> shipped_campaigns() {
   std::vector<std::string> names;
-  for (const std::string& name : embedded_names()) {
-    if (!name.starts_with("scenarios/")) continue;
-    TableReader reader = TableReader::from_text(std::string(embedded_text(name)), name);
-    if (reader.has("scenario")) names.push_back(std::filesystem::path(name).stem().string());
-  }
+  for (const auto& document : shipped_campaign_documents())
+    if (document->root().contains("scenario")) names.push_back(std::filesystem::path(document->name()).stem().string());
   return names;
 }
 

@@ -1,13 +1,16 @@
 #pragma once
 
 #include "controllers/variant.hpp"
-#include "experiments/sim/simulate.hpp"
+#include "experiments/campaign/scenario.hpp"
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 namespace solenoid {
+
+class Document;
 
 /// What the command line takes from a campaign; empty: all of it. A variant may be any that is known, in the campaign's
 /// list or not.
@@ -37,8 +40,9 @@ struct Campaign {
   std::vector<VariantConfig> variants;
   std::vector<ScenarioConfig> scenarios;
   std::vector<std::uint64_t> seeds;
-  std::vector<CampaignRun> runs;  ///< in canonical order: by scenario, then variant, then seed
-  std::string resolved_toml;      ///< the same campaign in one file, with `inputs` beside it
+  std::vector<CampaignRun> runs;             ///< in canonical order: by scenario, then variant, then seed
+  std::shared_ptr<const Document> resolved;  ///< the same campaign in one document, `inputs` carried
+  std::string resolved_toml;                 ///< its text, which needs `inputs` beside it
   std::vector<InputFile> inputs;
 };
 
@@ -54,6 +58,9 @@ struct Campaign {
 /// An included file lends its variants and scenarios, and its `variants` and `seeds` where this file has none.
 /// Throws ConfigError with file, line, key and what is allowed.
 Campaign read_campaign(const std::string& path, const Selection& selection = {});
+
+/// The same of a document in memory; files are carried with it or relative to its name.
+Campaign read_campaign(Document document, const Selection& selection = {});
 
 /// The variants known by name everywhere, in the order of the shipped files.
 std::vector<VariantConfig> shipped_variants();

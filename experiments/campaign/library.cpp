@@ -1,7 +1,7 @@
 #include "experiments/campaign/library.hpp"
 
-#include "experiments/campaign/files.hpp"
-#include "experiments/embedded.hpp"
+#include "experiments/base/embedded.hpp"
+#include "experiments/base/files.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -42,26 +42,32 @@ constexpr const char* good_names = "at most 80 letters, digits, _, . and single 
 
 }  // namespace
 
-std::string toml_text(const toml::table& table) {
-  std::ostringstream text;
-  text << toml::toml_formatter{table, toml::format_flags::none};
-  return text.str();
+const std::vector<std::shared_ptr<const Document>>& shipped_campaign_documents() {
+  static const auto documents = [] {
+    std::vector<std::shared_ptr<const Document>> all;
+    for (const std::string& name : embedded_names())
+      if (name.starts_with(shipped_folder))
+        all.push_back(std::make_shared<const Document>(Document::from_text(std::string(embedded_text(name)), name)));
+    return all;
+  }();
+  return documents;
 }
 
-Document::Document(const std::string& text, const std::string& path_)
-    : reader(TableReader::from_text(text, path_)), raw(toml::parse(text, path_)), path(path_) {}
-
 Library::Library() {
-  for (const std::string& name : embedded_names())
-    if (name.starts_with(shipped_folder)) {
-      auto document = std::make_shared<Document>(std::string(embedded_text(name)), name);
-      if (document->reader.has("variant")) adopt_variants(document, true, false);
-    }
+  for (const auto& document : shipped_campaign_documents()) {
+    TableReader reader(document);
+    if (reader.has("variant")) adopt_variants(document, reader, true, false);
+  }
 }
 
 void Library::load(const std::string& path) {
   std::vector<std::string> including;
   load(path, including);
+}
+
+void Library::load(Document document) {
+  std::vector<std::string> including = {document.name()};
+  take(std::make_shared<const Document>(std::move(document)), including);
 }
 
 void Library::load(const std::string& path, std::vector<std::string>& including) {
@@ -71,28 +77,29 @@ void Library::load(const std::string& path, std::vector<std::string>& including)
     throw ConfigError(fmt::format("{}: key 'include': includes itself (allowed: files without a circle)", path));
   if (std::find(loaded_.begin(), loaded_.end(), key) != loaded_.end()) return;
   loaded_.push_back(key);
-
-  auto document = std::make_shared<Document>(text_of(path), path);
-  TableReader& reader = document->reader;
   including.push_back(key);
-  const std::size_t first_included = documents_.size();
-  if (reader.has("include"))
-    for (const std::string& name : reader.texts("include"))
-      load((std::filesystem::path(reader.folder()) / name).string(), including);
+  take(std::make_shared<const Document>(Document::from_text(text_of(path), path)), including);
   including.pop_back();
+}
+
+void Library::take(const Loaded& document, std::vector<std::string>& including) {
+  TableReader reader(document);
+  const std::size_t first_included = readers_.size();
+  if (reader.has("include"))
+    for (const std::string& name : reader.texts("include")) load(document->beside(name), including);
   for (const char* known : {"name", "variants", "seeds", "scenario", "variant", "study"}) reader.has(known);
   reader.finish();
   if (const std::string name = reader.text_or("name", "-"); name.empty() || name.find('/') != std::string::npos)
     reader.fail("name", fmt::format("'{}' names no folder (allowed: a text without /)", name));
-  adopt_variants(document, false, documents_.size() > first_included || including.empty());
-  adopt_scenarios(document);
-  documents_.push_back(std::move(document));
+  adopt_variants(document, reader, false, readers_.size() > first_included || including.size() == 1);
+  adopt_scenarios(document, reader);
+  readers_.push_back(std::move(reader));
 }
 
-void Library::adopt_variants(const std::shared_ptr<Document>& document, bool shipped, bool overrides) {
-  if (!document->reader.has("variant")) return;
-  TableReader tables = document->reader.table("variant");
-  const toml::table& raw = *document->raw["variant"].as_table();
+void Library::adopt_variants(const Loaded& document, TableReader& reader, bool shipped, bool overrides) {
+  if (!reader.has("variant")) return;
+  TableReader tables = reader.table("variant");
+  const toml::table& raw = *document->root()["variant"].as_table();
   std::vector<std::string> names = tables.keys();  // sorted by name: back to the order of the file
   std::stable_sort(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
     return raw.get(a)->source().begin.line < raw.get(b)->source().begin.line;
@@ -101,19 +108,20 @@ void Library::adopt_variants(const std::shared_ptr<Document>& document, bool shi
     if (!good_name(name)) tables.fail(name, fmt::format("not a name (allowed: {})", good_names));
     const auto known = variants_.find(name);
     const bool twice = known != variants_.end() && known->second.shipped == shipped && !overrides;
-    if (twice && known->second.document->path != document->path)
+    if (twice && known->second.document->name() != document->name())
       tables.fail(name, fmt::format("defined twice, also at {} (allowed: one definition a name)",
                                     known->second.reader.where()));
     if (known == variants_.end()) order_.push_back(name);
-    Entry entry{document, tables.table(name), raw.get(name)->as_table(), shipped};
-    variants_.insert_or_assign(name, std::move(entry));
+    TableReader variant = tables.table(name);  // which it must be
+    variants_.insert_or_assign(
+        name, Entry{document, "variant." + name, raw.get(name)->as_table(), std::move(variant), shipped});
   }
 }
 
-void Library::adopt_scenarios(const std::shared_ptr<Document>& document) {
-  std::vector<TableReader> tables = document->reader.tables("scenario");
+void Library::adopt_scenarios(const Loaded& document, TableReader& reader) {
+  std::vector<TableReader> tables = reader.tables("scenario");
   if (tables.empty()) return;
-  const toml::array& raw = *document->raw["scenario"].as_array();
+  const toml::array& raw = *document->root()["scenario"].as_array();
   for (std::size_t i = 0; i < tables.size(); ++i) {
     const std::string name = tables[i].text("name");
     if (!good_name(name)) tables[i].fail("name", fmt::format("'{}' is no name (allowed: {})", name, good_names));
@@ -121,14 +129,14 @@ void Library::adopt_scenarios(const std::shared_ptr<Document>& document) {
       if (other.reader.text("name") == name)
         tables[i].fail("name", fmt::format("'{}' is there twice, also at {} (allowed: one scenario a name)", name,
                                            other.reader.where()));
-    scenarios_.push_back({document, std::move(tables[i]), raw[i].as_table(), false});
+    scenarios_.push_back({document, fmt::format("scenario[{}]", i), raw[i].as_table(), std::move(tables[i])});
   }
 }
 
-Document* Library::with_key(const std::string& key) const {
-  for (auto document = documents_.rbegin(); document != documents_.rend(); ++document)
-    if ((*document)->reader.has(key)) return document->get();
-  return nullptr;
+TableReader* Library::with_key(const std::string& key) {
+  const auto found =
+      std::find_if(readers_.rbegin(), readers_.rend(), [&](TableReader& reader) { return reader.has(key); });
+  return found == readers_.rend() ? nullptr : &*found;
 }
 
 }  // namespace solenoid

@@ -1,12 +1,13 @@
 #include "experiments/campaign/results_folder.hpp"
 
-#include "experiments/build_info.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/machine.hpp"
+#include "experiments/base/build_info.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/machine.hpp"
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -45,14 +46,21 @@ Json names(const std::vector<T>& configs) {
 
 }  // namespace
 
+void write_inputs(const std::vector<InputFile>& inputs, const std::string& folder) {
+  for (const InputFile& input : inputs) {
+    const std::filesystem::path path = std::filesystem::path(folder) / input.name;
+    create_folder(path.parent_path().string());
+    write_file_atomically(path.string(), input.text);
+  }
+}
+
 ResultsFolder::ResultsFolder(const std::string& path, const Campaign& campaign, int jobs)
     : path_(path), campaign_(campaign), jobs_(jobs), started_(timestamp()) {
   create_folder(file("runs"));
   lock();
   write_manifest("running", {});
   ::unlink(file("runs.csv").c_str());
-  if (!campaign.inputs.empty()) create_folder(file("inputs"));
-  for (const InputFile& input : campaign.inputs) write_file_atomically(file(input.name), input.text);
+  write_inputs(campaign.inputs, path_);
   write_file_atomically(file("resolved.toml"), campaign.resolved_toml);
   open_log();
   log(fmt::format("campaign {}: {} runs, {} jobs", campaign.name, campaign.runs.size(), jobs));

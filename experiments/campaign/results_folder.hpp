@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace spdlog {
 class logger;
@@ -14,12 +15,15 @@ class logger;
 
 namespace solenoid {
 
+/// Writes the files that a campaign carries, below a folder. Throws OutputError.
+void write_inputs(const std::vector<InputFile>& inputs, const std::string& folder);
+
 /// The folder of a campaign's results, this process's alone while the object lives:
 ///
 ///   resolved.toml, inputs/   the campaign, to run again
 ///   manifest.json            program, machine, seeds, times, counts; status running | finished | interrupted | failed
 ///   runs/ID.json             each run as it ends
-///   runs/ID.trace            the same run over time (experiments/log/trace.hpp), if it is given
+///   runs/ID.trace            the same run over time (experiments/campaign/trace.hpp), if it is given
 ///   runs.csv                 all of them in canonical order; absent while the campaign runs
 ///   log.txt                  what happened when
 ///

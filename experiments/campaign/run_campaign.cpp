@@ -1,12 +1,13 @@
 #include "experiments/campaign/run_campaign.hpp"
 
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
-#include "experiments/campaign/machine.hpp"
-#include "experiments/campaign/processes.hpp"
-#include "experiments/campaign/progress.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/interrupt.hpp"
+#include "experiments/base/machine.hpp"
+#include "experiments/base/processes.hpp"
+#include "experiments/base/progress.hpp"
 #include "experiments/campaign/results_folder.hpp"
-#include "experiments/log/trace.hpp"
+#include "experiments/campaign/simulate.hpp"
+#include "experiments/campaign/trace.hpp"
 
 #include <filesystem>
 #include <numeric>

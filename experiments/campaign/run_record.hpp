@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/metrics/metrics.hpp"
 #include "experiments/campaign/campaign.hpp"
 
 #include <optional>

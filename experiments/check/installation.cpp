@@ -1,6 +1,6 @@
-#include "experiments/build_info.hpp"
+#include "experiments/base/build_info.hpp"
+#include "experiments/base/embedded.hpp"
 #include "experiments/check/checks.hpp"
-#include "experiments/embedded.hpp"
 #include "experiments/rig/comedi_io.hpp"
 
 #include <cstdio>

@@ -1,4 +1,4 @@
-#include "experiments/campaign/machine.hpp"
+#include "experiments/base/machine.hpp"
 #include "experiments/check/checks.hpp"
 
 #include <cerrno>

@@ -17,8 +17,8 @@ Check compare(const char* name, double ours, double expected, double tolerance, 
 }
 
 /// The jump of a flow law across the pressure where it chokes, relative to the choked flow: as printed nine tenths of
-/// it (E2); `consistent` closes the gap as far as the thesis's separately fitted, rounded coefficients meet, 15 % and 7
-/// %.
+/// it (E2); `consistent` closes the gap as far as the thesis's separately fitted, rounded coefficients meet,
+/// 15 % and 7 %.
 double relative_jump(const PneumaticActuator& model, bool filling) {
   const ActuatorParameters& p = model.parameters();
   const double boundary = filling ? p.critical_pressure_ratio * p.supply_pressure_pa

@@ -1,10 +1,12 @@
+#include "controllers/factory.hpp"
 #include "controllers/timing.hpp"
+#include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
+#include "experiments/base/result.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/campaign/files.hpp"
 #include "experiments/check/checks.hpp"
 #include "experiments/cli/commands.hpp"
-#include "experiments/report/text_table.hpp"
+#include "experiments/cli/output_options.hpp"
 #include "experiments/rig/calibration.hpp"
 #include "experiments/rig/plants.hpp"
 #include "experiments/rig/preflight.hpp"
@@ -15,36 +17,47 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 namespace solenoid {
 namespace {
 
-Check check_campaign(const std::string& path) {
-  const Campaign campaign = read_campaign(path);
-  return {"campaign", path, "ok",
-          fmt::format("{} variants, {} scenarios, {} seeds: {} runs", campaign.variants.size(),
-                      campaign.scenarios.size(), campaign.seeds.size(), campaign.runs.size())};
+/// What each variant's valves are in whole steps, where that is not what was asked. Throws ConfigError for a variant of
+/// which no controller can be made: what reading cannot see, its solver says when it is prepared.
+std::string check_variants(const std::string& path, const Campaign& campaign) {
+  std::string notes;
+  for (const VariantConfig& v : campaign.variants) {
+    for (const std::string& note : rounded_times(valve_modes(v.valves, v.believed), tick_s))
+      notes += fmt::format("; variant '{}': {}", v.name, note);
+    try {
+      make_controller(v, campaign.scenarios.front().trajectory, campaign.scenarios.front().plane);
+    } catch (const std::invalid_argument& error) {
+      throw ConfigError(fmt::format("{}: variant '{}': {}", path, v.name, error.what()));
+    }
+  }
+  return notes;
 }
 
-std::string text_of(const std::vector<Check>& checks, bool as_json) {
-  if (as_json) {
-    nlohmann::ordered_json list = nlohmann::ordered_json::array();
-    for (const Check& c : checks)
-      list.push_back({{"group", c.group}, {"name", c.name}, {"result", c.result}, {"detail", c.detail}});
-    return nlohmann::ordered_json{{"checks", list}}.dump(1) + "\n";
-  }
-  TextTable table({{"group", TextTable::Align::left},
-                   {"name", TextTable::Align::left},
-                   {"result", TextTable::Align::left},
-                   {"detail", TextTable::Align::left}});
-  for (const Check& c : checks) table.add_row(std::vector<std::string>{c.group, c.name, c.result, c.detail});
-  return table.text(false);
+Check check_campaign(const std::string& path) {
+  const Campaign campaign = read_campaign(path);
+  return {
+      "campaign", path, "ok",
+      fmt::format("{} variants, {} scenarios, {} seeds: {} runs{}", campaign.variants.size(), campaign.scenarios.size(),
+                  campaign.seeds.size(), campaign.runs.size(), check_variants(path, campaign))};
+}
+
+Result result_of(const std::vector<Check>& checks) {
+  Table table{
+      .name = "checks",
+      .columns = {
+          {"group", "group", "<"}, {"name", "name", "<"}, {"result", "result", "<"}, {"detail", "detail", "<"}}};
+  for (const Check& c : checks) table.add({c.group, c.name, c.result, c.detail});
+  return {.tables = {table}};
 }
 
 struct Options {
   std::vector<std::string> files;
-  std::string format = "table", rig_file;
+  std::string rig_file;
+  OutputOptions output;
   PlantChoice plant;
 };
 
@@ -86,7 +99,7 @@ int check(const Options& options) {
   for (auto* look : {check_installation, check_machine, check_model})
     for (Check& c : look()) checks.push_back(std::move(c));
   if (!options.plant.kind.empty()) std::ranges::move(check_plant(options), std::back_inserter(checks));
-  write_standard_output(text_of(checks, options.format == "json"));
+  options.output.write(result_of(checks));
   return std::any_of(checks.begin(), checks.end(), [](const Check& c) { return c.result == "failed"; }) ? failure
                                                                                                         : success;
 }
@@ -98,11 +111,11 @@ void add_check(CLI::App& app, int& exit_code) {
   options->plant.kind.clear();
   CLI::App* command = app.add_subcommand("check", "campaign files, the installation, the machine, the model, a plant");
   command->add_option("campaigns", options->files, "campaign files to validate");
-  command->add_option("--format", options->format, "table or json")->check(CLI::IsMember({"table", "json"}));
+  add_output_options(*command, options->output, {"table", "json"});
   command->add_option("--plant", options->plant.kind, "look at this plant too, outputs safe: sim, emulator or comedi")
       ->check(CLI::IsMember({"sim", "emulator", "comedi"}));
   command->add_option("--node", options->plant.address, "ADDRESS:PORT of the UDP I/O node; default 127.0.0.1:47811");
-  command->add_option("--rig", options->rig_file, "TOML of calibration, wiring and limits (docs/rig.md)");
+  command->add_option("--rig", options->rig_file, "TOML of calibration, wiring and limits (docs/reference/rig.md)");
   command->callback([options, &exit_code] { exit_code = check(*options); });
 }
 

@@ -1,14 +1,14 @@
 #include "core/config/reader.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/interrupt.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
 #include "experiments/campaign/run_campaign.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/live_options.hpp"
-#include "experiments/live/live_server.hpp"
+#include "experiments/cli/output_options.hpp"
 #include "experiments/report/comparison.hpp"
+#include "experiments/report/live/live_server.hpp"
 #include "experiments/report/pareto.hpp"
-#include "experiments/report/text_table.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -24,18 +24,19 @@ namespace {
 constexpr std::size_t most_rows = 80;  // of runs in a table nobody asked for
 
 struct Options {
-  std::string campaign = "default", format = "table", pareto;
+  std::string campaign = "default", pareto;
+  OutputOptions output;
   CampaignOptions run;
   Selection selection;
   bool details = false, live = false;
   int live_port = 0;
 };
 
-std::string report(const CampaignResult& result, const Options& options) {
-  if (options.format == "json") return comparison_json(result.records);
-  if (options.format == "csv") return to_csv(result.records);
-  const bool details = options.details || result.records.size() <= most_rows;
-  return comparison_text(result.records, details, colour_wanted()) + fmt::format("Results: {}\n", result.folder);
+void report(const CampaignResult& result, const Options& options) {
+  if (options.output.format == "csv") return write_standard_output(to_csv(result.records));
+  Result found = result_of(result.records, options.details || result.records.size() <= most_rows);
+  found.notes.push_back("Results: " + result.folder);
+  options.output.write(found);
 }
 
 /// A page of the campaign's folder, if it is wanted.
@@ -53,7 +54,7 @@ int compare(Options options) {
   if (options.live) guard.emplace();
   const std::unique_ptr<LiveServer> server = serve(campaign, options);
   const CampaignResult result = run_campaign(campaign, options.run);
-  write_standard_output(report(result, options));
+  report(result, options);
   if (result.interrupted) {
     std::fprintf(stderr,
                  "solenoid: interrupted with %zu of %zu runs finished; the same command with --out %s resumes\n",
@@ -61,7 +62,7 @@ int compare(Options options) {
     return interrupted;
   }
   if (!options.pareto.empty()) draw_pareto(result.records, options.pareto);
-  if (options.format != "table") std::fprintf(stderr, "Results: %s\n", result.folder.c_str());
+  if (options.output.format != "table") std::fprintf(stderr, "Results: %s\n", result.folder.c_str());
   const auto failed = std::count_if(result.records.begin(), result.records.end(), [](auto& r) { return r.failed(); });
   if (failed > 0) std::fprintf(stderr, "solenoid: %td runs failed\n", failed);
   if (server) server->stay();
@@ -74,11 +75,9 @@ void add_compare(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("compare", "run variants on scenarios and rank them");
   command->add_option("campaign", options->campaign, "campaign file, or a shipped campaign's name; default: default");
-  command->add_option("--out", options->run.out, "results folder; one that is there already is resumed")
-      ->check([](const std::string& text) { return text.empty() ? "empty (allowed: a folder)" : std::string(); });
-  command->add_option("--jobs", options->run.jobs, "worker processes; default: one a core")->check(CLI::Range(1, 1024));
-  command->add_option("--format", options->format, "table, json or csv, on standard output")
-      ->check(CLI::IsMember({"table", "json", "csv"}));
+  add_out_option(*command, options->run.out);
+  add_jobs_option(*command, options->run.jobs);
+  add_output_options(*command, options->output);
   command->add_option("--variant", options->selection.variants, "these variants in place of the campaign's")
       ->delimiter(',');
   command->add_option("--scenario", options->selection.scenarios, "only these scenarios")->delimiter(',');

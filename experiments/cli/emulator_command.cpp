@@ -1,8 +1,8 @@
 #include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/interrupt.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/rig/emulator.hpp"
 

@@ -1,19 +1,19 @@
 #include "core/config/reader.hpp"
 #include "core/rt/process_setup.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
-#include "experiments/campaign/machine.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/interrupt.hpp"
+#include "experiments/base/machine.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/output_options.hpp"
+#include "experiments/identify/coverage_study.hpp"
 #include "experiments/identify/identify.hpp"
 #include "experiments/identify/log_source.hpp"
 #include "experiments/identify/output.hpp"
 #include "experiments/identify/run_experiment.hpp"
-#include "experiments/identify/study.hpp"
-#include "experiments/report/text_table.hpp"
+#include "experiments/plants/twin_plant.hpp"
 #include "experiments/rig/calibration.hpp"
 #include "experiments/rig/plants.hpp"
 #include "experiments/rig/preflight.hpp"
-#include "experiments/twin/twin_plant.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -31,7 +31,8 @@ namespace solenoid {
 namespace {
 
 struct Options {
-  std::string experiments, twin_file, rig_file, base = "consistent", out, format = "table", plane = "vertical";
+  std::string experiments, twin_file, rig_file, base = "consistent", out, plane = "vertical";
+  OutputOptions output;
   std::vector<std::string> only, logs, mismatch;
   PlantChoice plant;
   ExperimentSettings run;
@@ -135,19 +136,19 @@ std::vector<Record> simulated_records(const Options& options, const TwinParamete
 
 /// All that a reader may want later, in one folder.
 void write_results(const Options& options, const std::string& folder, const std::string& source,
-                   const std::vector<Record>& records, Findings& found, const std::vector<KnownTruth>& truths) {
+                   const std::vector<Record>& records, const Findings& found, const Result& result) {
   create_folder(folder);
   if (options.records || options.plant.kind != "sim") {
     create_folder(folder + "/records");
     for (const Record& r : records) write_file_atomically(folder + "/records/" + r.name + ".csv", record_csv(r));
   }
   write_file_atomically(folder + "/parameters.toml", parameter_file(found, options.base, source));
-  write_file_atomically(folder + "/estimates.csv", identification_csv(found));
-  write_file_atomically(folder + "/estimates.json", identification_json(found, truths));
+  write_file_atomically(folder + "/estimates.csv", result.csv());
+  write_file_atomically(folder + "/estimates.json", result.json());
   if (options.no_figures) return;
   create_folder(folder + "/figures");
   try {
-    for (const ResidualPlot& plot : found.plots) draw_residuals(plot, folder + "/figures/" + plot.name + ".svg");
+    for (const ResidualPlot& plot : found.plots) draw(residuals(plot), folder + "/figures/" + plot.name + ".svg");
   } catch (const ConfigError& error) {
     fmt::print(stderr, "solenoid: no figures: {}\n", error.what());
   }
@@ -188,7 +189,8 @@ int run_identification(Options& options) {
       remarks.push_back(fmt::format("{}: {} of {} samples were late or missing", r.name, r.filled, r.size()));
   found.remarks.insert(found.remarks.end(), remarks.begin(), remarks.end());
   const std::string folder = options.out.empty() ? "results/identify-" + compact_timestamp() : options.out;
-  write_results(options, folder, source, records, found, truths);
+  Result result = result_of(found, truths);
+  write_results(options, folder, source, records, found, result);
   if (found.estimates.empty()) {
     for (const std::string& remark : found.remarks) fmt::print(stderr, "{}\n", remark);
     fmt::print(
@@ -198,12 +200,9 @@ int run_identification(Options& options) {
         source, folder);
     return InterruptGuard::raised() ? interrupted : failure;
   }
-  write_standard_output(options.format == "json"  ? identification_json(found, truths)
-                        : options.format == "csv" ? identification_csv(found)
-                                                  : identification_text(found, truths, colour_wanted()) +
-                                                        fmt::format("Results: {}; every variant with them: solenoid "
-                                                                    "compare --model {}/parameters.toml\n",
-                                                                    folder, folder));
+  result.notes = {
+      fmt::format("Results: {0}; every variant with them: solenoid compare --model {0}/parameters.toml", folder)};
+  options.output.write(result);
   return InterruptGuard::raised() ? interrupted : success;
 }
 
@@ -212,7 +211,8 @@ void add_source_options(CLI::App& command, Options& o) {
       .add_option("--plant", o.plant.kind,
                   "sim (the twin, faster than time; default), emulator (UDP I/O node) or comedi")
       ->check(CLI::IsMember({"sim", "emulator", "comedi"}));
-  command.add_option("--twin", o.twin_file, "sim: TOML of the twin (docs/twin.md), or study; default: the nominal one");
+  command.add_option("--twin", o.twin_file,
+                     "sim: TOML of the twin (docs/reference/twin.md), or study; default: the nominal one");
   command.add_option("--mismatch", o.mismatch, "sim: factors on it: friction=1.5,flow=0.8,supply=,delay=,inertia=")
       ->delimiter(',');
   command.add_option("--seed", o.run.seed, "of the random sequences and a simulated plant's noise; default 1");
@@ -220,7 +220,7 @@ void add_source_options(CLI::App& command, Options& o) {
       ->check(CLI::Range(0.0, 10.0));
   command.add_option("--valves", o.run.valves, "two_way (default) or three_way")
       ->check(CLI::IsMember({"two_way", "three_way"}));
-  command.add_option("--rig", o.rig_file, "TOML of calibration, wiring and limits (docs/rig.md)");
+  command.add_option("--rig", o.rig_file, "TOML of calibration, wiring and limits (docs/reference/rig.md)");
   command.add_option("--node", o.plant.address, "ADDRESS:PORT of the UDP I/O node; default 127.0.0.1:47811");
   command.add_option("--log", o.logs, "no experiment: an MCAP log of run, or a CSV; repeatable")
       ->allow_extra_args(false);
@@ -241,12 +241,11 @@ void add_identify(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("identify", "the actuator's parameters from experiments or logs, with intervals");
   add_source_options(*command, o);
-  command->add_option("--experiments", o.experiments, "TOML of other experiments (docs/identification.md)");
+  command->add_option("--experiments", o.experiments, "TOML of other experiments (docs/how-to/identification.md)");
   command->add_option("--only", o.only, "only these experiments")->delimiter(',');
   command->add_option("--base", o.base, "parameter set that is corrected; default consistent");
   command->add_option("--out", o.out, "results folder; default results/identify-TIME");
-  command->add_option("--format", o.format, "table, json or csv, on standard output")
-      ->check(CLI::IsMember({"table", "json", "csv"}));
+  add_output_options(*command, o.output);
   command->add_flag("--records", o.records, "keep a simulated plant's records too, as CSV");
   command->add_flag("--no-figures", o.no_figures, "no residual plots");
   command->add_flag("--thesis", o.thesis, "no experiment: the thesis's tables 4-1 and 4-2 by these estimators");

@@ -1,7 +1,8 @@
 #include "core/config/reader.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
+#include "experiments/base/interrupt.hpp"
+#include "experiments/base/result.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/output_options.hpp"
 #include "experiments/ledger/ledger.hpp"
 #include "experiments/profile/shipped_instances.hpp"
 
@@ -19,7 +20,8 @@ namespace {
 
 struct LedgerCommand {
   LedgerOptions options;
-  std::string instances, format = "table";
+  std::string instances;
+  OutputOptions output;
   std::vector<std::string> variants = {"nine_state", "nine_state_4"};
 };
 
@@ -50,9 +52,7 @@ int ledger(LedgerCommand command) {
     std::fflush(stderr);
   };
   const auto kept = keep_ledger(set, command.options);
-  write_standard_output(command.format == "json"  ? ledger_json(kept)
-                        : command.format == "csv" ? ledger_csv(kept)
-                                                  : ledger_text(kept));
+  command.output.write(result_of(kept), !InterruptGuard::raised());
   if (InterruptGuard::raised()) return interrupted;
   for (const LedgerOfVariant& variant : kept)
     if (!variant.violations.empty()) return failure;
@@ -74,8 +74,7 @@ void add_ledger(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0, 100000));
   command->add_option("--bonmin-limit-s", options->options.bonmin_limit_s, "its time on each; default 5")
       ->check(CLI::PositiveNumber);
-  command->add_option("--format", options->format, "table, json or csv")
-      ->check(CLI::IsMember({"table", "json", "csv"}));
+  add_output_options(*command, options->output);
   command->callback([options, &exit_code] { exit_code = ledger(*options); });
 }
 

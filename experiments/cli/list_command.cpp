@@ -1,19 +1,16 @@
+#include "controllers/catalogue.hpp"
+#include "controllers/variant_keys.hpp"
 #include "core/actuator/dynamics.hpp"
 #include "core/actuator/valves.hpp"
+#include "experiments/base/result.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/campaign/files.hpp"
 #include "experiments/cli/commands.hpp"
-#include "experiments/report/text_table.hpp"
+#include "experiments/cli/output_options.hpp"
 
 #include <CLI/CLI.hpp>
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 namespace solenoid {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 Json list_variants() {
   Json list = Json::array();
@@ -74,6 +71,44 @@ Json list_valves() {
   return list;
 }
 
+Json list_solvers() {
+  Json list = Json::array();
+  for (const SolverRow& row : solver_rows())
+    list.push_back({{"name", row.name},
+                    {"real_time", row.real_time},
+                    {"joint_motor", row.chooses_continuous},
+                    {"pulses", row.pulses},
+                    {"valves", row.valves.empty() ? valve_configurations() : row.valves},
+                    {"summary", row.summary}});
+  return list;
+}
+
+Json list_laws() {
+  Json list = Json::array();
+  for (const LawRow& row : law_rows())
+    list.push_back({{"name", row.name}, {"tables", row.groups}, {"valves", row.valves}, {"summary", row.summary}});
+  return list;
+}
+
+Json list_estimators() {
+  Json list = Json::array();
+  for (const EstimatorRow& row : estimator_rows())
+    list.push_back({{"name", row.name}, {"finds_load", row.finds_load}, {"summary", row.summary}});
+  return list;
+}
+
+Json list_keys() {
+  Json list = Json::array();
+  for (const VariantKey& key : variant_keys())
+    list.push_back({{"key", key.path},
+                    {"default", key.default_text()},
+                    {"unit", key.unit},
+                    {"allowed", key.allowed_text()},
+                    {"read_by", readers_of(key)},
+                    {"meaning", key.meaning}});
+  return list;
+}
+
 Json list_trajectories() {
   const auto entry = [](const char* kind, const char* keys, const char* summary) {
     return Json{{"kind", kind}, {"keys", keys}, {"summary", summary}};
@@ -91,61 +126,40 @@ struct Section {
   const char* name;
   Json (*list)();
 };
-constexpr Section sections[] = {{"variants", list_variants},
-                                {"scenarios", list_scenarios},
-                                {"parameters", list_parameters},
-                                {"valves", list_valves},
+constexpr Section sections[] = {{"variants", list_variants},        {"scenarios", list_scenarios},
+                                {"solvers", list_solvers},          {"laws", list_laws},
+                                {"estimators", list_estimators},    {"keys", list_keys},
+                                {"parameters", list_parameters},    {"valves", list_valves},
                                 {"trajectories", list_trajectories}};
 
-std::string cell(const Json& value) {
-  if (value.is_string()) return value.get<std::string>();
-  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
-  if (value.is_number_float()) return short_number(value.get<double>());
-  if (value.is_array()) return fmt::format("{}", fmt::join(value.get<std::vector<std::string>>(), "; "));
-  return value.dump();
-}
-
 /// Any list of like objects as a table: keys are headings.
-std::string table_of(const Json& list) {
-  std::vector<TextTable::Column> columns;
-  for (const auto& [key, value] : list.at(0).items())
-    columns.push_back({key, value.is_number() ? TextTable::Align::right : TextTable::Align::left});
-  TextTable table(columns);
-  for (const Json& object : list) {
-    std::vector<std::string> cells;
-    for (const auto& [key, value] : object.items()) cells.push_back(cell(value));
-    table.add_row(cells);
-  }
-  return table.text(false);
-}
-
-std::string listing(const std::string& what, bool as_json) {
-  Json all = Json::object();
-  std::string text;
-  for (const Section& section : sections) {
-    if (!what.empty() && what != section.name) continue;
-    const Json list = section.list();
-    all[section.name] = list;
-    if (what.empty()) text += fmt::format("{}{}:\n", text.empty() ? "" : "\n", section.name);
-    text += table_of(list);
-  }
-  return as_json ? all.dump(1) + "\n" : text;
+Table table_of(const Section& section, bool titled) {
+  const Json list = section.list();
+  Table table{.name = section.name, .title = titled ? section.name + std::string(":") : ""};
+  for (const auto& [key, value] : list.at(0).items()) table.columns.push_back({key, key, value.is_number() ? "" : "<"});
+  for (const Json& object : list) table.add({object.begin(), object.end()});
+  return table;
 }
 
 }  // namespace
 
 void add_list(CLI::App& app, int& exit_code) {
   struct Options {
-    std::string what, format = "table";
+    std::string what;
+    OutputOptions output;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("list", "what there is to choose from");
   std::vector<std::string> names;
   for (const Section& section : sections) names.emplace_back(section.name);
   command->add_option("what", options->what, "one kind of thing; default: all")->check(CLI::IsMember(names));
-  command->add_option("--format", options->format, "table or json")->check(CLI::IsMember({"table", "json"}));
+  add_output_options(*command, options->output, {"table", "json", "markdown"});
   command->callback([options, &exit_code] {
-    write_standard_output(listing(options->what, options->format == "json"));
+    Result result;
+    for (const Section& section : sections)
+      if (options->what.empty() || options->what == section.name)
+        result.tables.push_back(table_of(section, options->what.empty()));
+    options->output.write(result);
     exit_code = success;
   });
 }

@@ -1,6 +1,6 @@
 #include "experiments/cli/live_options.hpp"
 
-#include "experiments/live/live_server.hpp"
+#include "experiments/report/live/live_server.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

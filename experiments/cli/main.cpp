@@ -1,6 +1,6 @@
 #include "core/config/reader.hpp"
-#include "experiments/build_info.hpp"
-#include "experiments/campaign/files.hpp"
+#include "experiments/base/build_info.hpp"
+#include "experiments/base/files.hpp"
 #include "experiments/cli/commands.hpp"
 
 #include <cstdio>

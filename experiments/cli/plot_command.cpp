@@ -1,6 +1,6 @@
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/cli/commands.hpp"
-#include "experiments/report/figure.hpp"
+#include "experiments/report/run_figure.hpp"
 
 #include <memory>
 
@@ -19,7 +19,8 @@ void run_plot(const PlotOptions& options) {
   const Campaign campaign = read_campaign(options.campaign, {{options.variant}, {options.scenario}});
   const bool svg = !options.svg.empty();
   const std::string& path = svg ? options.svg : options.png;
-  draw_figure(campaign.variants.front(), campaign.scenarios.front(), options.seed, path, svg ? FigureFormat::svg : FigureFormat::png);
+  draw_figure(campaign.variants.front(), campaign.scenarios.front(), options.seed, path,
+              svg ? FigureFormat::svg : FigureFormat::png);
   fmt::print("{}\n", path);
 }
 

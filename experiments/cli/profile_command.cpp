@@ -1,14 +1,15 @@
 #include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/interrupt.hpp"
+#include "experiments/base/result.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/output_options.hpp"
 #include "experiments/cli/read_log.hpp"
 #include "experiments/profile/profile_report.hpp"
 #include "experiments/profile/record.hpp"
 #include "experiments/profile/shipped_instances.hpp"
-#include "experiments/report/text_table.hpp"
 #include "experiments/rig/replay_run.hpp"
 
 #include <algorithm>
@@ -23,7 +24,8 @@ namespace solenoid {
 namespace {
 
 struct Options {
-  std::string campaign, instances, record, save, against, svg, png, format = "table";
+  std::string campaign, instances, record, save, against;
+  OutputOptions output;
   Selection selection;
   std::size_t per_variant = 700;
   std::vector<double> budgets_ms;
@@ -78,16 +80,7 @@ std::vector<QualityPoint> quality_of(const Options& options) {
       is_log(options) ? recorded_campaign(read_log(options.campaign), options.selection.variants)
                       : read_campaign(options.campaign.empty() ? "profile" : options.campaign, options.selection);
   std::fprintf(stderr, "profile: closed loops at %zu budgets\n", options.budgets_ms.size());
-  const auto points = quality_against_time(campaign, options.budgets_ms, options.profile.core, InterruptGuard::raised);
-  if (!options.svg.empty()) draw_quality(points, options.svg, FigureFormat::svg);
-  if (!options.png.empty()) draw_quality(points, options.png, FigureFormat::png);
-  return points;
-}
-
-std::string report(const ProfileResult& result, const std::string& format) {
-  if (format == "json") return profile_json(result, false);
-  if (format == "csv") return profile_csv(result);
-  return profile_text(result, colour_wanted());
+  return quality_against_time(campaign, options.budgets_ms, options.profile.core, InterruptGuard::raised);
 }
 
 int profile(Options options) {
@@ -106,8 +99,8 @@ int profile(Options options) {
   if (result.profile.interrupted || InterruptGuard::raised()) return interrupted;
   if (!options.against.empty())
     result.change = compare_profiles(result.profile, then, options.against, options.threshold);
-  if (!options.save.empty()) write_file_atomically(options.save, profile_json(result, true));
-  write_standard_output(report(result, options.format));
+  if (!options.save.empty()) write_file_atomically(options.save, result_of(result, true).json());
+  options.output.write(result_of(result));
   if (!result.change || !result.change->slower()) return success;
   for (const VariantChange& c : result.change->variants)
     if (c.slower) std::fprintf(stderr, "solenoid: %s is slower than in %s\n", c.name.c_str(), options.against.c_str());
@@ -126,9 +119,8 @@ void add_measuring(CLI::App& command, Options& options) {
   command.add_option("--budget", options.budgets_ms, "closed loops with every solve cut at these times [ms]")
       ->delimiter(',')
       ->check(CLI::PositiveNumber);
-  CLI::Option* budget = command.get_option("--budget");
-  command.add_option("--svg", options.svg, "draw the quality curve as this SVG file")->needs(budget);
-  command.add_option("--png", options.png, "draw the quality curve as this PNG file")->needs(budget);
+  add_figure_options(command, options.output, "the quality curve");
+  for (const char* figure : {"--svg", "--png"}) command.get_option(figure)->needs(command.get_option("--budget"));
 }
 
 }  // namespace
@@ -151,8 +143,7 @@ void add_profile(CLI::App& app, int& exit_code) {
   command->add_option("--against", options->against, "compare with an earlier profile; exit code 1 if slower");
   command->add_option("--threshold", options->threshold, "ratio that counts as slower; default 1.2")
       ->check(CLI::Range(1.0, 1000.0));
-  command->add_option("--format", options->format, "table, json or csv, on standard output")
-      ->check(CLI::IsMember({"table", "json", "csv"}));
+  add_output_options(*command, options->output);
   command->callback([options, &exit_code] { exit_code = profile(*options); });
 }
 

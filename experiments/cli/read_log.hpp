@@ -1,6 +1,6 @@
 #pragma once
 
-#include "experiments/log/recorded_run.hpp"
+#include "experiments/rig/log/recorded_run.hpp"
 
 #include <string>
 

@@ -1,8 +1,8 @@
+#include "experiments/base/files.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/campaign/files.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/read_log.hpp"
-#include "experiments/log/tick_fields.hpp"
+#include "experiments/rig/log/tick_fields.hpp"
 #include "experiments/rig/replay_run.hpp"
 
 #include <CLI/CLI.hpp>
@@ -15,12 +15,6 @@ namespace {
 struct Options {
   std::string log, variant, csv, format = "table";
 };
-
-std::string csv_of(const std::vector<TickRecord>& ticks) {
-  std::string text = tick_csv_heading();
-  for (const TickRecord& tick : ticks) tick_csv(tick, text);
-  return text;
-}
 
 std::string text_of(const ReplayResult& r, const std::string& variant, bool same) {
   std::string text = fmt::format("{} ticks through {}\n", r.ticks, variant);
@@ -57,18 +51,9 @@ int replay(const Options& options) {
   const bool same = options.variant.empty();
   const ReplayResult result = same ? replay_same(run, task) : replay_other(run, task, shipped_variant(options.variant));
   const std::string name = same ? task.variant.name : options.variant;
-  if (!options.csv.empty()) write_file_atomically(options.csv, csv_of(result.decided));
+  if (!options.csv.empty()) write_file_atomically(options.csv, tick_csv_text(result.decided));
   write_standard_output(options.format == "json" ? json_of(result, name) : text_of(result, name, same));
   return same && result.coil_differences + result.motor_differences > 0 && result.unproven == 0 ? failure : success;
-}
-
-int export_log(const Options& options) {
-  const RecordedRun run = read_log(options.log);
-  if (options.csv.empty())
-    write_standard_output(csv_of(run.ticks));
-  else
-    write_file_atomically(options.csv, csv_of(run.ticks));
-  return success;
 }
 
 }  // namespace
@@ -82,14 +67,6 @@ void add_replay(CLI::App& app, int& exit_code) {
   command->add_option("--format", options->format, "table or json, on standard output")
       ->check(CLI::IsMember({"table", "json"}));
   command->callback([options, &exit_code] { exit_code = replay(*options); });
-}
-
-void add_export(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("export", "a run's log as CSV");
-  command->add_option("log", options->log, "an .mcap file of `run`")->required();
-  command->add_option("--csv", options->csv, "to this file; default: standard output");
-  command->callback([options, &exit_code] { exit_code = export_log(*options); });
 }
 
 }  // namespace solenoid

@@ -1,7 +1,7 @@
 #include "core/config/reader.hpp"
-#include "experiments/campaign/files.hpp"
+#include "experiments/base/files.hpp"
 #include "experiments/cli/commands.hpp"
-#include "experiments/report/figures.hpp"
+#include "experiments/report/campaign_figures.hpp"
 #include "experiments/report/page.hpp"
 
 #include <cstdio>

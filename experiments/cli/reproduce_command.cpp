@@ -1,7 +1,7 @@
-#include "core/config/reader.hpp"
+#include "experiments/base/result.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/output_options.hpp"
 #include "experiments/thesis/reproduce.hpp"
-#include "experiments/thesis/reproduce_output.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -17,7 +17,7 @@ namespace {
 
 struct ReproduceOptions {
   std::vector<std::string> tables;
-  std::string format = "table";
+  OutputOptions output;
   int jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 };
 
@@ -33,13 +33,7 @@ void run_reproduce(const ReproduceOptions& options) {
   std::vector<ReproducedCase> cases;
   for (const ReproducibleTable& table : select_tables(options.tables))
     for (ReproducedCase& c : table.cases(table.name)) cases.push_back(std::move(c));
-  const std::vector<Cell> cells = reproduce(cases, options.jobs, show_progress);
-  const auto to_text = options.format == "json"  ? reproduction_json
-                       : options.format == "csv" ? reproduction_csv
-                                                 : reproduction_text;
-  const std::string text = to_text(cells);
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
-    throw ConfigError("reproduce: standard output cannot be written (allowed: a place with room)");
+  options.output.write(result_of(reproduce(cases, options.jobs, show_progress)));
 }
 
 }  // namespace
@@ -50,9 +44,8 @@ void add_reproduce(CLI::App& app, int& exit_code) {
   std::string known;
   for (const ReproducibleTable& table : reproducible_tables()) known += table.name + ", ";
   command->add_option("tables", options->tables, known + "or all (default)");
-  command->add_option("--format", options->format, "table, json or csv")
-      ->check(CLI::IsMember({"table", "json", "csv"}));
-  command->add_option("--jobs", options->jobs, "runs at a time")->check(CLI::Range(1, 256));
+  add_output_options(*command, options->output);
+  add_jobs_option(*command, options->jobs);
   command->callback([options, &exit_code] {
     run_reproduce(*options);
     exit_code = success;

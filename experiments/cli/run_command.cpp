@@ -1,11 +1,12 @@
+#include "controllers/catalogue.hpp"
 #include "core/config/reader.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
-#include "experiments/campaign/machine.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/interrupt.hpp"
+#include "experiments/base/machine.hpp"
 #include "experiments/campaign/results_folder.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/live_options.hpp"
-#include "experiments/live/live_server.hpp"
+#include "experiments/report/live/live_server.hpp"
 #include "experiments/rig/calibration.hpp"
 #include "experiments/rig/plants.hpp"
 #include "experiments/rig/preflight.hpp"
@@ -137,6 +138,7 @@ int run(const Options& chosen) {
   options.session.rates = options.plant.rig.rates;
   if (lowering_s > 0) options.session.ladder.lowering_s = lowering_s;
   const Campaign campaign = campaign_of(options);
+  require_real_time(campaign.variants.front());
   const std::string folder = options.out.empty() ? "results/run-" + compact_timestamp() : options.out;
   const InterruptGuard guard;
   std::optional<LiveServer> server;
@@ -183,7 +185,7 @@ int run(const Options& chosen) {
 void add_plant_options(CLI::App& command, Options& o) {
   command.add_option("--plant", o.plant.kind, "sim (the twin in this process), emulator (UDP I/O node) or comedi")
       ->check(CLI::IsMember({"sim", "emulator", "comedi"}));
-  command.add_option("--rig", o.rig_file, "TOML of calibration, wiring and limits (docs/rig.md)");
+  command.add_option("--rig", o.rig_file, "TOML of calibration, wiring and limits (docs/reference/rig.md)");
   command.add_option("--node", o.plant.address, "ADDRESS:PORT of the UDP I/O node; default 127.0.0.1:47811");
   command.add_option("--fault", o.faults, "provoke a fault, repeatable: " + fault_help());
 }

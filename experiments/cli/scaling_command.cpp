@@ -1,7 +1,8 @@
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
+#include "experiments/base/interrupt.hpp"
+#include "experiments/base/result.hpp"
 #include "experiments/cli/commands.hpp"
-#include "experiments/study/scaling_output.hpp"
+#include "experiments/cli/output_options.hpp"
+#include "experiments/study/scaling.hpp"
 
 #include <cstdio>
 #include <memory>
@@ -15,7 +16,7 @@ namespace {
 
 struct ScalingCommand {
   ScalingOptions study;
-  std::string format = "table", svg, png;
+  OutputOptions output;
 };
 
 /// One line that moves on a terminal; otherwise a line for each row.
@@ -31,15 +32,11 @@ int scaling(const ScalingCommand& command) {
   const InterruptGuard guard;
   const auto rows = study_scaling(command.study, show_progress, InterruptGuard::raised);
   if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\n");
-  write_standard_output(command.format == "json"  ? scaling_json(command.study, rows)
-                        : command.format == "csv" ? scaling_csv(rows)
-                                                  : scaling_text(command.study, rows));
+  command.output.write(result_of(command.study, rows), !InterruptGuard::raised());
   if (InterruptGuard::raised()) {
     fmt::print(stderr, "solenoid: interrupted after {} rows\n", rows.size());
     return interrupted;
   }
-  if (!command.svg.empty()) draw_scaling(command.study, rows, command.svg, ScalingFigureFormat::svg);
-  if (!command.png.empty()) draw_scaling(command.study, rows, command.png, ScalingFigureFormat::png);
   return success;
 }
 
@@ -48,13 +45,11 @@ int scaling(const ScalingCommand& command) {
 void add_scaling(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ScalingCommand>();
   CLI::App* command = app.add_subcommand("scaling", "the search's nodes and time against blocks and valve states");
-  command->add_option("--format", options->format, "table, json or csv")
-      ->check(CLI::IsMember({"table", "json", "csv"}));
+  add_output_options(*command, options->output);
   command->add_option("--instances", options->study.instances, "recorded states a valve set")
       ->check(CLI::Range(1, 3000));
   command->add_flag("--cylinder", options->study.cylinder, "the cylinder alone, without the motor in the prediction");
-  command->add_option("--svg", options->svg, "write the plot to this SVG file");
-  command->add_option("--png", options->png, "write the plot to this PNG file");
+  add_figure_options(*command, options->output);
   command->callback([options, &exit_code] { exit_code = scaling(*options); });
 }
 

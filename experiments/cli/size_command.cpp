@@ -1,7 +1,7 @@
-#include "experiments/campaign/files.hpp"
+#include "experiments/base/result.hpp"
 #include "experiments/cli/commands.hpp"
-#include "experiments/report/text_table.hpp"
-#include "experiments/size/size_output.hpp"
+#include "experiments/cli/output_options.hpp"
+#include "experiments/sizing/size_output.hpp"
 
 #include <memory>
 
@@ -11,32 +11,23 @@ namespace solenoid {
 namespace {
 
 struct SizeCommand {
-  std::string task, format = "text", svg, png;
+  std::string task;
   std::vector<std::string> settings;
+  OutputOptions output;
 };
-
-void size(const SizeCommand& command) {
-  const SizingInput input =
-      with_settings(command.task.empty() ? thesis_sizing() : read_sizing_file(command.task), command.settings);
-  if (!command.svg.empty()) draw_torque_curve(input, command.svg);
-  if (!command.png.empty()) draw_torque_curve(input, command.png);
-  write_standard_output(command.format == "json"  ? sizing_json(input)
-                        : command.format == "csv" ? sizing_csv(input)
-                                                  : sizing_text(input, colour_wanted()));
-}
 
 }  // namespace
 
 void add_size(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<SizeCommand>();
   CLI::App* command = app.add_subcommand("size", "from a task to bore, motor and gear, by chapter 3 and appendix A");
-  command->add_option("task", options->task, "a task's TOML file (docs/sizing.md); default: the thesis's");
+  command->add_option("task", options->task, "a task's TOML file (docs/how-to/sizing.md); default: the thesis's");
   command->add_option("--set", options->settings, "a key of the task, repeatable: --set arm.payload_kg=1.5");
-  command->add_option("--format", options->format, "text, csv or json")->check(CLI::IsMember({"text", "csv", "json"}));
-  command->add_option("--svg", options->svg, "write the torque curve, figure 3-3, to this SVG file");
-  command->add_option("--png", options->png, "write it to this PNG file");
+  add_output_options(*command, options->output, {"text", "csv", "json"});
+  add_figure_options(*command, options->output, "the torque curve, figure 3-3,");
   command->callback([options, &exit_code] {
-    size(*options);
+    const SizingInput task = options->task.empty() ? thesis_sizing() : read_sizing_file(options->task);
+    options->output.write(result_of(with_settings(task, options->settings)));
     exit_code = success;
   });
 }

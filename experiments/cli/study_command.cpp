@@ -1,10 +1,10 @@
 #include "core/config/reader.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
-#include "experiments/campaign/machine.hpp"
+#include "experiments/base/interrupt.hpp"
+#include "experiments/base/machine.hpp"
+#include "experiments/base/result.hpp"
 #include "experiments/cli/commands.hpp"
-#include "experiments/identify/study.hpp"
-#include "experiments/report/text_table.hpp"
+#include "experiments/cli/output_options.hpp"
+#include "experiments/identify/coverage_study.hpp"
 #include "experiments/study/fishing.hpp"
 #include "experiments/study/force_ratio.hpp"
 #include "experiments/study/sweep.hpp"
@@ -21,7 +21,7 @@ namespace {
 
 struct FishingCommand {
   std::vector<int> intervals = {12, 24, 48, 96, 192, 384, 768, 1536};
-  std::string format = "table", svg;
+  OutputOptions output;
 };
 
 int fishing(const FishingCommand& command) {
@@ -33,17 +33,25 @@ int fishing(const FishingCommand& command) {
   const FishingStudy study = study_fishing(
       command.intervals, [](const std::string& what) { fmt::print(stderr, "fishing: {}\n", what); },
       InterruptGuard::raised);
-  write_standard_output(command.format == "json"  ? fishing_json(study)
-                        : command.format == "csv" ? fishing_csv(study)
-                                                  : fishing_text(study));
-  if (InterruptGuard::raised()) return interrupted;
-  if (!command.svg.empty()) draw_fishing(study, command.svg);
-  return success;
+  command.output.write(result_of(study), !InterruptGuard::raised());
+  return InterruptGuard::raised() ? interrupted : success;
+}
+
+void add_fishing(CLI::App& study, int& exit_code) {
+  auto options = std::make_shared<FishingCommand>();
+  CLI::App* command = study.add_subcommand("fishing", "Lotka-Volterra fishing: relaxed, rounded, two switches");
+  command->add_option("--intervals", options->intervals, "grids, coarse to fine: divisors of 1536")
+      ->delimiter(',')
+      ->check(CLI::Range(1, fishing_model_steps));
+  add_output_options(*command, options->output);
+  add_figure_options(*command, options->output);
+  command->callback([options, &exit_code] { exit_code = fishing(*options); });
 }
 
 struct CoverageCommand {
   CoverageSettings settings;
-  std::string twin_file, format = "table", svg;
+  std::string twin_file;
+  OutputOptions output;
 };
 
 int coverage(CoverageCommand& command) {
@@ -55,12 +63,8 @@ int coverage(CoverageCommand& command) {
       command.settings,
       [&](int done) { fmt::print(stderr, "identification: {} of {} seeds\n", done, command.settings.seeds); },
       InterruptGuard::raised);
-  write_standard_output(command.format == "json"  ? coverage_json(study)
-                        : command.format == "csv" ? coverage_csv(study)
-                                                  : coverage_text(study, colour_wanted()));
-  if (study.interrupted) return interrupted;
-  if (!command.svg.empty()) draw_coverage(study, command.svg);
-  return study.failed > 0 ? failure : success;
+  command.output.write(result_of(study), !study.interrupted);
+  return study.interrupted ? interrupted : study.failed > 0 ? failure : success;
 }
 
 void add_identification(CLI::App& study, int& exit_code) {
@@ -69,36 +73,32 @@ void add_identification(CLI::App& study, int& exit_code) {
       "identification", "identified values against the truth of a twin that has the model's equations, seed by seed");
   command->add_option("--seeds", options->settings.seeds, "so many, counting up from 1; default 100")
       ->check(CLI::Range(1, 100000));
-  command->add_option("--twin", options->twin_file, "TOML of another twin (docs/twin.md); default: the study's own");
+  command->add_option("--twin", options->twin_file,
+                      "TOML of another twin (docs/reference/twin.md); default: the study's own");
   options->settings.jobs = 0;
-  command->add_option("--jobs", options->settings.jobs, "worker processes; default: one a core")
-      ->check(CLI::Range(1, 1024));
-  command->add_option("--format", options->format, "table, json or csv")
-      ->check(CLI::IsMember({"table", "json", "csv"}));
-  command->add_option("--svg", options->svg, "write the plot to this SVG file");
+  add_jobs_option(*command, options->settings.jobs);
+  add_output_options(*command, options->output);
+  add_figure_options(*command, options->output);
   command->callback([options, &exit_code] { exit_code = coverage(*options); });
 }
 
 struct SweepCommand {
-  std::string file, format = "table", svg;
+  std::string file;
   CampaignOptions run;
+  OutputOptions output;
 };
 
 /// A study that is data: its campaign is run into a folder, its tables are made of the records.
 int sweep(const SweepCommand& command) {
   const Study study = read_study(command.file);
   const CampaignResult result = run_campaign(study.campaign, command.run);
-  const std::vector<StudyRows> rows = study_rows(study, result.records);
-  write_standard_output(command.format == "json"  ? study_json(study, rows)
-                        : command.format == "csv" ? study_csv(study, rows)
-                                                  : study_text(study, rows, colour_wanted()));
+  command.output.write(result_of(study, study_rows(study, result.records)), !result.interrupted);
   fmt::print(stderr, "Results: {}\n", result.folder);
   if (result.interrupted) {
     fmt::print(stderr, "solenoid: interrupted with {} of {} runs finished; the same command with --out {} resumes\n",
                result.records.size(), study.campaign.runs.size(), result.folder);
     return interrupted;
   }
-  if (!command.svg.empty()) draw_study(study, rows, command.svg, FigureFormat::svg);
   const bool failed = std::ranges::any_of(result.records, [](const RunRecord& r) { return r.failed(); });
   return failed ? failure : success;
 }
@@ -107,19 +107,17 @@ void add_sweep(CLI::App& study, int& exit_code, const std::string& name, const s
   auto options = std::make_shared<SweepCommand>();
   options->file = "studies/" + name + ".toml";  // the shipped one; no folder of results has its name
   CLI::App* command = study.add_subcommand(name, help);
-  if (name == "sweep") command->add_option("file", options->file, "a study (docs/studies.md)")->required();
-  command->add_option("--out", options->run.out, "results folder; one that is there already is resumed")
-      ->check([](const std::string& text) { return text.empty() ? "empty (allowed: a folder)" : std::string(); });
-  command->add_option("--jobs", options->run.jobs, "worker processes; default: one a core")->check(CLI::Range(1, 1024));
-  command->add_option("--format", options->format, "table, json or csv")
-      ->check(CLI::IsMember({"table", "json", "csv"}));
-  command->add_option("--svg", options->svg, "write the plot to this SVG file");
+  if (name == "sweep") command->add_option("file", options->file, "a study (docs/how-to/studies.md)")->required();
+  add_out_option(*command, options->run.out);
+  add_jobs_option(*command, options->run.jobs);
+  add_output_options(*command, options->output);
+  add_figure_options(*command, options->output);
   command->callback([options, &exit_code] { exit_code = sweep(*options); });
 }
 
 struct ForceRatioCommand {
   RatioSettings settings;
-  std::string format = "table", svg;
+  OutputOptions output;
 };
 
 int force_ratio(ForceRatioCommand command) {
@@ -128,16 +126,11 @@ int force_ratio(ForceRatioCommand command) {
   const InterruptGuard guard;
   const RatioStudy study =
       study_force_ratio(settings, [](const std::string& what) { fmt::print(stderr, "force-ratio: {}\n", what); });
-  write_standard_output(command.format == "json"  ? force_ratio_json(study)
-                        : command.format == "csv" ? force_ratio_csv(study)
-                                                  : force_ratio_text(study, colour_wanted()));
-  if (study.interrupted) {
-    fmt::print(stderr, "solenoid: interrupted after {} ratios; the same command with --out {} resumes\n",
-               study.ratios.size(), study.folder);
-    return interrupted;
-  }
-  if (!command.svg.empty()) draw_force_ratio(study, command.svg);
-  return success;
+  command.output.write(result_of(study), !study.interrupted);
+  if (!study.interrupted) return success;
+  fmt::print(stderr, "solenoid: interrupted after {} ratios; the same command with --out {} resumes\n",
+             study.ratios.size(), study.folder);
+  return interrupted;
 }
 
 void add_force_ratio(CLI::App& study, int& exit_code) {
@@ -156,30 +149,21 @@ void add_force_ratio(CLI::App& study, int& exit_code) {
       ->check(CLI::Range(1, 999));
   command->add_option("--judged", s.judged, "others, a motion, that the figures come from; default 10")
       ->check(CLI::Range(1, 999));
-  command->add_option("--assumptions", s.assumptions, "a TOML file of what differs from study/force_ratio.toml");
+  command->add_option("--assumptions", s.assumptions, "a TOML file of what differs from tasks/force_ratio.toml");
   command->add_flag("--quick", s.quick, "motions of a second: tries the command, gives no figure");
-  command->add_option("--jobs", s.jobs, "worker processes; default: one a core")->check(CLI::Range(1, 1024));
-  command->add_option("--out", s.out, "folder; one that is there already is resumed");
-  command->add_option("--format", options->format, "table, json or csv")
-      ->check(CLI::IsMember({"table", "json", "csv"}));
-  command->add_option("--svg", options->svg, "write the fronts to this SVG file");
+  add_jobs_option(*command, s.jobs);
+  add_out_option(*command, s.out, "folder");
+  add_output_options(*command, options->output);
+  add_figure_options(*command, options->output, "the fronts");
   command->callback([options, &exit_code] { exit_code = force_ratio(*options); });
 }
 
 }  // namespace
 
 void add_study(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<FishingCommand>();
   CLI::App* study = app.add_subcommand("study", "studies: one command and one page of docs/ each");
   study->require_subcommand(1);
-  CLI::App* command = study->add_subcommand("fishing", "Lotka-Volterra fishing: relaxed, rounded, two switches");
-  command->add_option("--intervals", options->intervals, "grids, coarse to fine: divisors of 1536")
-      ->delimiter(',')
-      ->check(CLI::Range(1, fishing_model_steps));
-  command->add_option("--format", options->format, "table, json or csv")
-      ->check(CLI::IsMember({"table", "json", "csv"}));
-  command->add_option("--svg", options->svg, "write the plot to this SVG file");
-  command->callback([options, &exit_code] { exit_code = fishing(*options); });
+  add_fishing(*study, exit_code);
   add_sweep(*study, exit_code, "sweep", "a study of your own: one number of some variants varied");
   add_sweep(*study, exit_code, "horizon",
             "Table 5-2's trade of overshoot against steady-state error, its knee, and better");

@@ -1,9 +1,9 @@
 #include "core/config/reader.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
-#include "experiments/campaign/machine.hpp"
+#include "experiments/base/interrupt.hpp"
+#include "experiments/base/machine.hpp"
+#include "experiments/base/result.hpp"
 #include "experiments/cli/commands.hpp"
-#include "experiments/report/text_table.hpp"
+#include "experiments/cli/output_options.hpp"
 #include "experiments/tune/tune_report.hpp"
 
 #include <cstdio>
@@ -18,13 +18,14 @@ namespace {
 struct Options {
   TuneSettings settings;
   std::vector<std::string> free;
-  std::string format = "table", objective = "rmse";
+  std::string objective = "rmse";
+  OutputOptions output;
 };
 
 /// The picture is no reason to lose what was found.
-void try_to_draw(const TuneResult& result) {
+void try_to_draw(const Plot& plot, const std::string& path) {
   try {
-    draw_tuning(result, result.folder + "/history.svg");
+    draw(plot, path);
   } catch (const ConfigError& error) {
     fmt::print(stderr, "solenoid: no picture: {}\n", error.what());
   }
@@ -41,9 +42,9 @@ int run_tuning(Options& options) {
     std::fflush(stderr);
   });
   if (!result.steps.empty()) {
-    write_standard_output(options.format == "json" ? tune_json(settings, result)
-                                                   : tune_text(settings, result, colour_wanted()));
-    try_to_draw(result);
+    const Result found = result_of(settings, result);
+    options.output.write(found);
+    try_to_draw(*found.plot, result.folder + "/history.svg");
   }
   if (!result.interrupted()) return success;
   fmt::print(stderr, "solenoid: interrupted after {} steps; the same command with --out {} resumes\n",
@@ -80,10 +81,9 @@ void add_tune(CLI::App& app, int& exit_code) {
       ->check(CLI::PositiveNumber);
   command->add_option("--air", s.air_g, "supply air a run that costs nothing [g]; default: the variant's")
       ->check(CLI::PositiveNumber);
-  command->add_option("--jobs", s.jobs, "worker processes; default: one a core")->check(CLI::Range(1, 1024));
-  command->add_option("--out", s.out, "folder; one that is there already is resumed");
-  command->add_option("--format", options->format, "table or json, on standard output")
-      ->check(CLI::IsMember({"table", "json"}));
+  add_jobs_option(*command, s.jobs);
+  add_out_option(*command, s.out, "folder");
+  add_output_options(*command, options->output, {"table", "json"});
   command->callback([options, &exit_code] { exit_code = run_tuning(*options); });
 }
 

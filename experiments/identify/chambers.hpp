@@ -16,8 +16,8 @@ struct ChamberParameters {
   double supply_pressure_pa = 251325.0;
   double energise_delay_s = 0.004, deenergise_delay_s = 0.001;
   double filter_delay_s = 0.0101;  ///< group delay of the Bessel filter behind the pressure sensors
-  /// Heat transfer to the chambers' walls [W/(m2 K)]; the air then has a temperature of its own (docs/twin.md). None:
-  /// (4.18), all air at the supply's temperature.
+  /// Heat transfer to the chambers' walls [W/(m2 K)]; the air then has a temperature of its own
+  /// (docs/reference/twin.md). None: (4.18), all air at the supply's temperature.
   std::optional<double> heat_transfer;
 };
 

@@ -7,7 +7,7 @@ namespace solenoid {
 
 /// A value found from data, with how well it is known.
 struct Estimate {
-  std::string name;  ///< the key of docs/configuration.md, or a name of its own
+  std::string name;  ///< the key of docs/reference/configuration.md, or a name of its own
   std::string unit;
   double value = 0.0;
   double sigma = 0.0;        ///< standard error

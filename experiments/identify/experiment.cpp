@@ -1,7 +1,7 @@
 #include "experiments/identify/experiment.hpp"
 
 #include "core/config/reader.hpp"
-#include "experiments/embedded.hpp"
+#include "experiments/base/embedded.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 namespace solenoid {
 namespace {
 
-constexpr const char* shipped_name = "identify/experiments.toml";
+constexpr const char* shipped_name = "tasks/identification.toml";
 constexpr double longest_way_m = 0.13;  // the stroke
 
 ChamberAction read_action(TableReader& table, const char* key) {

@@ -1,9 +1,9 @@
 #include "experiments/identify/friction.hpp"
 
 #include "core/actuator/dynamics.hpp"
+#include "experiments/base/printed_table.hpp"
 #include "experiments/identify/signals.hpp"
 #include "experiments/identify/statistics.hpp"
-#include "experiments/thesis/printed_table.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -14,8 +14,8 @@ namespace solenoid {
 /// what no experiment told. `given`: geometry and air, and where searches start.
 Findings identify(const std::vector<Record>& records, const ActuatorParameters& given);
 
-/// The parameter file: keys of docs/configuration.md over `base`, each with its interval; a value that the actuator's
-/// model would refuse is left out with the reason.
+/// The parameter file: keys of docs/reference/configuration.md over `base`, each with its interval; a value that the
+/// actuator's model would refuse is left out with the reason.
 std::string parameter_file(const Findings& found, const std::string& base, const std::string& source);
 
 /// `given` with the estimates that are parameters in their places.

@@ -1,8 +1,8 @@
 #include "experiments/identify/log_source.hpp"
 
 #include "core/config/reader.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/log/recorded_run.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/rig/log/recorded_run.hpp"
 
 #include <algorithm>
 #include <charconv>

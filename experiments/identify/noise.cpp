@@ -2,7 +2,7 @@
 
 #include "core/signal/bessel.hpp"
 #include "experiments/identify/statistics.hpp"
-#include "experiments/twin/sensing.hpp"
+#include "experiments/plants/twin_sensing.hpp"
 
 #include <algorithm>
 #include <cmath>

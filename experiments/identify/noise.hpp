@@ -2,7 +2,7 @@
 
 #include "experiments/identify/estimate.hpp"
 #include "experiments/identify/record.hpp"
-#include "experiments/twin/parameters.hpp"
+#include "experiments/plants/twin_parameters.hpp"
 
 namespace solenoid {
 

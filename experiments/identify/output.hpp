@@ -1,5 +1,6 @@
 #pragma once
 
+#include "experiments/base/result.hpp"
 #include "experiments/identify/estimate.hpp"
 #include "experiments/identify/friction.hpp"
 #include "experiments/identify/record.hpp"
@@ -14,14 +15,12 @@ struct KnownTruth {
   std::string name;
   double value;
 };
-std::string identification_text(const Findings& found, const std::vector<KnownTruth>& truths, bool colour);
-std::string identification_json(const Findings& found, const std::vector<KnownTruth>& truths);
-std::string identification_csv(const Findings& found);
+Result result_of(const Findings& found, const std::vector<KnownTruth>& truths);
 
 /// The thesis's tables 4-1 and 4-2 by the same estimators.
 std::string thesis_friction_text();
 
-/// Measured and modelled above, residuals below, as SVG.
-void draw_residuals(const ResidualPlot& plot, const std::string& path);
+/// Measured and modelled above, residuals below.
+Plot residuals(const ResidualPlot& plot);
 
 }  // namespace solenoid

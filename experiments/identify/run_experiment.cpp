@@ -7,7 +7,7 @@
 #include "core/rt/control_loop.hpp"
 #include "core/rt/process_setup.hpp"
 #include "core/signal/filters.hpp"
-#include "experiments/twin/twin_plant.hpp"
+#include "experiments/plants/twin_plant.hpp"
 
 #include <atomic>
 #include <cmath>

@@ -2,7 +2,7 @@
 
 #include "core/rt/io.hpp"
 #include "experiments/identify/experiment.hpp"
-#include "experiments/twin/parameters.hpp"
+#include "experiments/plants/twin_parameters.hpp"
 
 #include <cstdint>
 #include <functional>

@@ -8,7 +8,6 @@
 #include "solvers/rounding/projected_gradient.hpp"
 #include "solvers/rounding/relax_and_round.hpp"
 #include "solvers/search/branch_and_bound.hpp"
-#include "solvers/search/rollout_kernels.hpp"
 
 #include <cmath>
 
@@ -41,7 +40,6 @@ class Keeper {
     search_.prepare(problem_);
     enumerate_.prepare(problem_);
     relaxing_.prepare(problem_, grid_);
-    if (certifying_) certifying_->prepare(problem_, grid_);
     for (Rounder& r : rounders_) r.solver->prepare(problem_);
     if (minlp::available() && options.bonmin_states > 0) bonmin_.prepare(problem_);
   }
@@ -96,13 +94,15 @@ class Keeper {
     return {report.status, true, report.cost, us_since(start)};
   }
 
-  /// None for a mode set that the SQP is not compiled for.
-  static std::unique_ptr<RelaxedSolver<Model>> certifier(const Problem<Model>& problem) {
+  /// Prepared; none for a mode set that the SQP is not compiled for.
+  static std::unique_ptr<RelaxedSolver<Model>> certifier(const Problem<Model>& problem, const RelaxedGrid& grid) {
+    auto sqp = make_relaxed_sqp<Model>();
     try {
-      return make_relaxed_sqp(problem);
+      sqp->prepare(problem, grid);
     } catch (const std::invalid_argument&) {
       return nullptr;
     }
+    return sqp;
   }
 
   /// Judged by evaluate(), whatever the solver says of itself.
@@ -164,7 +164,7 @@ class Keeper {
   RelaxedPlan<Model> relaxed_;
   BranchAndBound<Model> search_, enumerate_{{.prune = false}};
   ProjectedGradient<Model> relaxing_{{.most_iterations = 300, .tolerance = 1e-6}};
-  std::unique_ptr<RelaxedSolver<Model>> certifying_ = certifier(problem_);
+  std::unique_ptr<RelaxedSolver<Model>> certifying_ = certifier(problem_, grid_);
   std::array<Rounder, 4> rounders_{rounder(M::sum_up, RoundingMethod::sum_up, false),
                                    rounder(M::sum_up_improved, RoundingMethod::sum_up, true),
                                    rounder(M::cia, RoundingMethod::integral_approximation, false),
@@ -186,7 +186,7 @@ std::vector<LedgerOfVariant> keep_ledger(const InstanceSet& set, const LedgerOpt
   for (const VariantInstances& variant : set.variants) {
     if (options.stop && options.stop()) break;
     const auto modes = valve_modes(variant.config.valves, variant.config.believed).size();
-    const auto blocks = std::max<std::size_t>(1, variant.config.blocks.size());
+    const auto blocks = std::max<std::size_t>(1, variant.config.horizon.blocks.size());
     if (variant.config.motor == "joint" || std::pow(modes, blocks) > most_sequences)
       throw ConfigError(
           fmt::format("ledger: variant '{}' has {} modes in {} blocks{} (allowed: at most {:.0f} sequences "

@@ -9,6 +9,8 @@
 
 namespace solenoid {
 
+struct Result;
+
 /// What the ledger sets side by side, each on the same recorded problem.
 enum class LedgerMethod : std::uint8_t {
   relaxed,          ///< the relaxed problem from the integer optimum: a local lower end, not a plan
@@ -69,8 +71,7 @@ struct LedgerOptions {
 /// take more than a million sequences a state.
 std::vector<LedgerOfVariant> keep_ledger(const InstanceSet& set, const LedgerOptions& options);
 
-std::string ledger_text(const std::vector<LedgerOfVariant>& ledger);
-std::string ledger_json(const std::vector<LedgerOfVariant>& ledger);
-std::string ledger_csv(const std::vector<LedgerOfVariant>& ledger);
+/// A table a variant with a row a method; JSON has every state's costs too, CSV a line a state and method.
+Result result_of(const std::vector<LedgerOfVariant>& ledger);
 
 }  // namespace solenoid

@@ -1,6 +1,6 @@
 #include "experiments/profile/hardware_counters.hpp"
 
-#include "experiments/campaign/files.hpp"
+#include "experiments/base/files.hpp"
 
 #include <cerrno>
 #include <cstring>

@@ -1,7 +1,7 @@
 #include "experiments/profile/profile.hpp"
 
 #include "controllers/timing.hpp"
-#include "experiments/campaign/files.hpp"
+#include "experiments/base/files.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -127,7 +127,7 @@ std::vector<Course> start(const InstanceSet& set, const ProfileOptions& options)
   const double us_per_tick = measured_us_per_phase_tick();
   std::vector<Course> courses;
   for (const VariantInstances& v : set.variants) {
-    Course c{&v, make_replay(set, v, us_per_tick, options.wrapper), {}, {}, {}, {}, {}, {}};
+    Course c{&v, make_replay(set, v, us_per_tick, options.decorate), {}, {}, {}, {}, {}, {}};
     const std::size_t n = v.records.size();
     c.now.resize(n);
     c.best.resize(n);

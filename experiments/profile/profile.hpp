@@ -11,7 +11,7 @@ struct ProfileOptions {
   int core = -1;        ///< to run on; -1: the last one allowed
   int passes = 0;       ///< over all instances of a variant; 0: until its figures settle
   double limit_ms = 1;  ///< a second limit to count misses at, beside the period
-  SolverWrapper* wrapper = nullptr;
+  SolverDecorator decorate;
   std::function<bool()> interrupted = [] { return false; };
   std::function<void(int pass, std::size_t settled, std::size_t variants)> progress;
 };

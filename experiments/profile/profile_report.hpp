@@ -9,6 +9,8 @@
 
 namespace solenoid {
 
+struct Result;
+
 /// Everything a `profile` command found.
 struct ProfileResult {
   Profile profile;
@@ -18,18 +20,12 @@ struct ProfileResult {
   double threshold = 1.2;
 };
 
-/// For a person: times, where they go, a histogram a variant, the quality curve and the comparison, where there are
-/// any.
-std::string profile_text(const ProfileResult& result, bool colour);
+/// Times, where they go, a histogram a variant, the quality curve and the comparison, where there are any. JSON:
+/// `{"variants": [...], ...}`; with `instances` each variant also has `solve_us`, its instances' times, as an earlier
+/// profile needs them. CSV: a line a variant. Drawn is the quality curve.
+Result result_of(const ProfileResult& result, bool instances = false);
 
-/// `{"variants": [...]}`; with `instances` each variant also has `solve_us`, its instances' times, as an earlier
-/// profile needs them.
-std::string profile_json(const ProfileResult& result, bool instances);
-
-/// A heading line, then one line a variant.
-std::string profile_csv(const ProfileResult& result);
-
-/// What profile_json wrote with `instances`. Throws ConfigError for anything else.
+/// The JSON of a result with `instances`. Throws ConfigError for anything else.
 Profile read_profile(const std::string& path);
 
 }  // namespace solenoid

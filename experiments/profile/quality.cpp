@@ -1,12 +1,10 @@
 #include "experiments/profile/quality.hpp"
 
+#include "experiments/campaign/simulate.hpp"
 #include "experiments/profile/replay.hpp"
-#include "experiments/report/gnuplot.hpp"
-#include "experiments/sim/simulate.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
@@ -42,40 +40,6 @@ struct Sums {
   }
 };
 
-std::string script_of(const std::vector<std::string>& variants, FigureFormat format) {
-  const char* terminal = format == FigureFormat::svg ? "svg size 1000,720 font 'Helvetica,13' background rgb 'white'"
-                                                     : "pngcairo size 1000,720 font 'Helvetica,10'";
-  std::string rmse, proven;
-  for (std::size_t i = 0; i < variants.size(); ++i) {
-    const char* separator = i == 0 ? "plot " : ", \\\n  ";
-    rmse += fmt::format("{}'curve{}' using 1:2 with linespoints lw 1.5 pt {} title {}", separator, i, i % 12 + 4,
-                        gnuplot_quoted(variants[i]));
-    proven += fmt::format("{}'curve{}' using 1:3 with linespoints lw 1.5 pt {} notitle", separator, i, i % 12 + 4);
-  }
-  return fmt::format(R"(set terminal {}
-set output 'figure'
-set multiplot layout 2,1
-set logscale x
-set grid
-set lmargin 11
-set rmargin 24
-set key outside right top noenhanced
-set title 'quality against time: closed loops with every solve cut at a budget'
-set ylabel 'RMSE [mm], geometric mean'
-set logscale y
-{}
-set title ''
-set xlabel 'budget of a solve [ms]'
-set ylabel 'proven optimal [%]'
-unset logscale y
-set yrange [0:105]
-{}
-unset multiplot
-set output
-)",
-                     terminal, rmse, proven);
-}
-
 }  // namespace
 
 std::vector<QualityPoint> quality_against_time(const Campaign& campaign, const std::vector<double>& budgets_ms,
@@ -96,19 +60,34 @@ std::vector<QualityPoint> quality_against_time(const Campaign& campaign, const s
   return points;
 }
 
-void draw_quality(const std::vector<QualityPoint>& points, const std::string& path, FigureFormat format) {
-  std::vector<std::string> variants, data;
-  for (const QualityPoint& p : points) {
-    if (variants.empty() || variants.back() != p.variant) {
-      variants.push_back(p.variant);
-      data.emplace_back();
+Plot quality_plot(const std::vector<QualityPoint>& points) {
+  Plot plot{.width = 1000,
+            .height = 720,
+            .title = "quality against time: closed loops with every solve cut at a budget",
+            .layout = "2,1",
+            .settings = "set logscale x\nset lmargin 11\nset rmargin 24\nset key outside right top\n",
+            .panels = {{"set ylabel 'RMSE [mm], geometric mean'\nset logscale y\n", "", {}},
+                       {"set xlabel 'budget of a solve [ms]'\nset ylabel 'proven optimal [%]'\nunset logscale y\n"
+                        "set yrange [0:105]\n",
+                        "",
+                        {}}}};
+  std::vector<std::string> variants;
+  std::string data;
+  for (const QualityPoint& q : points) {
+    if (variants.empty() || variants.back() != q.variant) {
+      const std::size_t i = variants.size();
+      for (const int column : {2, 3})
+        plot.panels[column == 2 ? 0 : 1].curves.push_back(
+            {fmt::format("index {} using 1:{} with linespoints lw 1.5 pt {}", i, column, i % 12 + 4),
+             column == 2 ? q.variant : ""});
+      if (i > 0) data += "\n\n";
+      variants.push_back(q.variant);
     }
-    data.back() += fmt::format("{} {} {}\n", p.budget_ms, p.rmse_mm > 0 ? fmt::format("{}", p.rmse_mm) : "NaN",
-                               100 * p.proven_fraction);
+    data += fmt::format("{} {} {}\n", q.budget_ms, q.rmse_mm > 0 ? fmt::format("{}", q.rmse_mm) : "NaN",
+                        100 * q.proven_fraction);
   }
-  std::map<std::string, std::string> files;
-  for (std::size_t i = 0; i < data.size(); ++i) files[fmt::format("curve{}", i)] = data[i];
-  draw_with_gnuplot(files, script_of(variants, format), path);
+  for (Plot::Panel& panel : plot.panels) panel.data = data;
+  return plot;
 }
 
 }  // namespace solenoid

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "experiments/base/plot.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/report/figure.hpp"
 
 #include <functional>
 
@@ -22,7 +22,7 @@ struct QualityPoint {
 std::vector<QualityPoint> quality_against_time(const Campaign& campaign, const std::vector<double>& budgets_ms,
                                                int core, const std::function<bool()>& interrupted);
 
-/// RMSE and share proven optimal against the budget, a line a variant. Throws as draw_figure.
-void draw_quality(const std::vector<QualityPoint>& points, const std::string& path, FigureFormat format);
+/// RMSE and share proven optimal against the budget, a line a variant.
+Plot quality_plot(const std::vector<QualityPoint>& points);
 
 }  // namespace solenoid

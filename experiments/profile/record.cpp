@@ -3,6 +3,7 @@
 #include "controllers/instances/recording_solver.hpp"
 #include "controllers/timing.hpp"
 #include "experiments/campaign/library.hpp"
+#include "experiments/campaign/simulate.hpp"
 #include "experiments/rig/replay_run.hpp"
 
 #include <algorithm>
@@ -77,27 +78,23 @@ std::vector<double> forces(const std::vector<Vector<double, 1>>& continuous) {
   return all;
 }
 
-/// Wraps the solver of whichever model the variant has in a recorder.
-class Recorder final : public SolverWrapper {
- public:
-  Recorder(std::size_t capacity, std::int64_t every) : capacity_(capacity), every_(every) {}
-  std::unique_ptr<Solver<PneumaticActuator>> wrap(std::unique_ptr<Solver<PneumaticActuator>> solver) override {
-    return recording(std::move(solver), pneumatic);
-  }
-  std::unique_ptr<Solver<PrestabilisedActuator>> wrap(std::unique_ptr<Solver<PrestabilisedActuator>> solver) override {
-    return recording(std::move(solver), prestabilised);
-  }
-  std::vector<PosedInstance<PneumaticActuator>> pneumatic;
-  std::vector<PosedInstance<PrestabilisedActuator>> prestabilised;
+/// Keeps what a closed loop asks of its solver, whichever model that is over.
+struct Recorder {
+  std::size_t capacity;
+  std::int64_t every;
+  std::vector<PosedInstance<PneumaticActuator>> pneumatic{};
+  std::vector<PosedInstance<PrestabilisedActuator>> prestabilised{};
 
- private:
-  template <HybridModel Model>
-  std::unique_ptr<Solver<Model>> recording(std::unique_ptr<Solver<Model>> solver,
-                                           std::vector<PosedInstance<Model>>& into) {
-    return std::make_unique<RecordingSolver<Model>>(std::move(solver), into, capacity_, every_);
+  SolverDecorator decorate() {
+    return decorator([this]<HybridModel M>(SolverPtr<M> solver) -> SolverPtr<M> {
+      std::vector<PosedInstance<M>>* into = nullptr;
+      if constexpr (HasFeedback<M>)
+        into = &prestabilised;
+      else
+        into = &pneumatic;
+      return std::make_unique<RecordingSolver<M>>(std::move(solver), *into, capacity, every);
+    });
   }
-  std::size_t capacity_;
-  std::int64_t every_;
 };
 
 /// What the prediction took from the estimator in each solve of a run; every record of a variant that uses it says so,
@@ -135,6 +132,10 @@ void keep(const std::vector<PosedInstance<Model>>& posed, const Loads& loads, st
     r.lines = p.lines;
     r.warm_modes = p.warm_start.modes;
     r.warm_continuous = forces(p.warm_start.continuous);
+    if (p.warm_start.relaxation.known) {
+      r.warm_weights = p.warm_start.relaxation.weights;
+      r.warm_owed = p.warm_start.relaxation.owed.front();
+    }
     keep_reference(p, set.situations[situation], r);
     pose(set, r, problem, plan);
     const Report report = solver->solve(problem, plan, Deadline::never());
@@ -151,7 +152,7 @@ void keep(const std::vector<PosedInstance<Model>>& posed, const Loads& loads, st
 InstanceSet with_situations(const Campaign& campaign) {
   InstanceSet set;
   int steps = 0;
-  for (const VariantConfig& v : campaign.variants) steps = std::max(steps, v.steps);
+  for (const VariantConfig& v : campaign.variants) steps = std::max(steps, v.horizon.steps);
   for (const ScenarioConfig& s : campaign.scenarios) set.situations.push_back(situation_of(s, steps));
   return set;
 }
@@ -162,14 +163,14 @@ VariantInstances& add_variant(const Campaign& campaign, VariantConfig v, Instanc
   return set.variants.emplace_back(VariantInstances{v.name, variant_toml(campaign, v.name), v, {}});
 }
 
-/// `run(wrapper)` is one closed loop of `duration_s` and returns its ticks: keeps about `count` of its problems.
+/// `run(decorate)` is one closed loop of `duration_s` and returns its ticks: keeps about `count` of its problems.
 template <class Run>
 void keep_run(double duration_s, std::size_t count, std::uint32_t situation, const InstanceSet& set,
               VariantInstances& variant, Run run) {
   const auto periods = static_cast<std::size_t>(std::ceil(duration_s / period_s - 1e-9));
   const std::size_t every = std::max<std::size_t>(1, periods / count);
-  Recorder recorder(std::min(count, (periods + every - 1) / every), static_cast<std::int64_t>(every));
-  const std::vector<TickRecord> ticks = run(recorder);
+  Recorder recorder{std::min(count, (periods + every - 1) / every), static_cast<std::int64_t>(every)};
+  const std::vector<TickRecord> ticks = run(recorder.decorate());
   const Loads loads = loads_of(ticks, variant.config);
   keep(recorder.pneumatic, loads, situation, set, variant);
   keep(recorder.prestabilised, loads, situation, set, variant);
@@ -185,8 +186,9 @@ InstanceSet record_instances(const Campaign& campaign, std::size_t per_variant) 
     VariantInstances& variant = add_variant(campaign, v, set);
     for (std::size_t s = 0; s < campaign.scenarios.size(); ++s)
       for (const std::uint64_t seed : campaign.seeds)
-        keep_run(campaign.scenarios[s].duration_s, per_run, static_cast<std::uint32_t>(s), set, variant,
-                 [&](Recorder& r) { return simulate(variant.config, campaign.scenarios[s], seed, &r).ticks; });
+        keep_run(
+            campaign.scenarios[s].duration_s, per_run, static_cast<std::uint32_t>(s), set, variant,
+            [&](const SolverDecorator& r) { return simulate(variant.config, campaign.scenarios[s], seed, r).ticks; });
   }
   return set;
 }
@@ -199,7 +201,7 @@ InstanceSet record_instances(const RecordedRun& run, const std::vector<std::stri
   for (const VariantConfig& v : campaign.variants) {
     VariantInstances& variant = add_variant(campaign, v, set);
     keep_run(static_cast<double>(run.ticks.size()) * tick_s, per_variant, 0, set, variant,
-             [&](Recorder& r) { return replay_other(run, task, variant.config, &r).decided; });
+             [&](const SolverDecorator& r) { return replay_other(run, task, variant.config, r).decided; });
   }
   return set;
 }

@@ -2,7 +2,7 @@
 
 #include "controllers/instances/instance_set.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/log/recorded_run.hpp"
+#include "experiments/rig/log/recorded_run.hpp"
 
 namespace solenoid {
 

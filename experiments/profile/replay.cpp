@@ -45,7 +45,7 @@ class Stopwatch {
 template <HybridModel Model>
 class ReplayOf final : public Replay {
  public:
-  ReplayOf(const InstanceSet& set, const VariantInstances& variant, double us_per_tick, SolverWrapper* wrapper)
+  ReplayOf(const InstanceSet& set, const VariantInstances& variant, double us_per_tick, const SolverDecorator& decorate)
       : set_(set),
         records_(variant.records),
         us_per_tick_(us_per_tick),
@@ -55,7 +55,7 @@ class ReplayOf final : public Replay {
         solver_(make_solver<Model>(variant.config)),
         timed_(dynamic_cast<PhaseTimed*>(solver_.get())),
         nodes_(records_.size()) {
-    if (wrapper) solver_ = wrapper->wrap(std::move(solver_));
+    if (decorate) solver_ = std::get<SolverPtr<Model>>(decorate(std::move(solver_)));
     solver_->prepare(problems_[0]);
   }
 
@@ -111,16 +111,6 @@ class IdleSolver final : public Solver<Model> {
   }
 };
 
-class Idle final : public SolverWrapper {
- public:
-  std::unique_ptr<Solver<PneumaticActuator>> wrap(std::unique_ptr<Solver<PneumaticActuator>>) override {
-    return std::make_unique<IdleSolver<PneumaticActuator>>();
-  }
-  std::unique_ptr<Solver<PrestabilisedActuator>> wrap(std::unique_ptr<Solver<PrestabilisedActuator>>) override {
-    return std::make_unique<IdleSolver<PrestabilisedActuator>>();
-  }
-};
-
 double median(std::vector<double>& sample) {
   const auto middle = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 2);
   std::nth_element(sample.begin(), middle, sample.end());
@@ -140,10 +130,10 @@ Trajectory motion_of(const Situation& s) {
 }  // namespace
 
 std::unique_ptr<Replay> make_replay(const InstanceSet& set, const VariantInstances& variant, double us_per_phase_tick,
-                                    SolverWrapper* wrapper) {
+                                    const SolverDecorator& decorate) {
   if (variant.config.predicts_motor())
-    return std::make_unique<ReplayOf<PrestabilisedActuator>>(set, variant, us_per_phase_tick, wrapper);
-  return std::make_unique<ReplayOf<PneumaticActuator>>(set, variant, us_per_phase_tick, wrapper);
+    return std::make_unique<ReplayOf<PrestabilisedActuator>>(set, variant, us_per_phase_tick, decorate);
+  return std::make_unique<ReplayOf<PneumaticActuator>>(set, variant, us_per_phase_tick, decorate);
 }
 
 double measured_us_per_phase_tick() {
@@ -159,8 +149,9 @@ ControllerCost controller_cost(const InstanceSet& set, const VariantInstances& v
   if (variant.records.empty()) return {};
   const Situation& situation = set.situations[variant.records.front().situation];
   const InstanceRecord& record = variant.records.front();
-  Idle idle;
-  const auto controller = make_controller(variant.config, motion_of(situation), situation.plane, &idle);
+  const SolverDecorator idle =
+      decorator([]<HybridModel M>(SolverPtr<M>) -> SolverPtr<M> { return std::make_unique<IdleSolver<M>>(); });
+  const auto controller = make_controller(variant.config, motion_of(situation), situation.plane, idle);
   constexpr int periods = 400;
   std::vector<double> quiet, posing;
   Sensors sensors{0.0, 0.0, record.initial[pressure_a], record.initial[pressure_b], {}, false};

@@ -31,9 +31,9 @@ class Replay {
   virtual bool has_phases() const = 0;
 };
 
-/// The instances of one variant with the variant's own solver, `wrapper` around it if given. `set` must outlive it.
+/// The instances of one variant with the variant's own solver, decorated if asked for. `set` must outlive it.
 std::unique_ptr<Replay> make_replay(const InstanceSet& set, const VariantInstances& variant, double us_per_phase_tick,
-                                    SolverWrapper* wrapper = nullptr);
+                                    const SolverDecorator& decorate = {});
 
 /// Length of a phase tick, measured against the monotonic clock for some milliseconds.
 double measured_us_per_phase_tick();

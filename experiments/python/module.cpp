@@ -1,11 +1,12 @@
 // The C++ half of the Python package: solenoid._core. The package itself (package/__init__.py) gives it its face.
 #include "controllers/factory.hpp"
+#include "controllers/variant_keys.hpp"
 #include "core/config/reader.hpp"
-#include "experiments/build_info.hpp"
+#include "experiments/base/build_info.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/run_campaign.hpp"
+#include "experiments/campaign/simulate.hpp"
 #include "experiments/report/comparison.hpp"
-#include "experiments/sim/simulate.hpp"
 
 #include <optional>
 
@@ -63,8 +64,7 @@ Run simulate_run(const VariantConfig& variant, const ScenarioConfig& scenario, s
   return {result.metrics, std::move(result.ticks)};
 }
 
-/// What `solenoid compare --format json` prints; Ctrl-C there is Ctrl-C in
-/// Python.
+/// What `solenoid compare --format json` prints; Ctrl-C there is Ctrl-C in Python.
 std::string run_campaign_json(const std::string& path, const std::vector<std::string>& variants,
                               const std::vector<std::string>& scenarios, int jobs) {
   const Campaign campaign = read_campaign(path, {variants, scenarios});
@@ -77,7 +77,7 @@ std::string run_campaign_json(const std::string& path, const std::vector<std::st
     PyErr_SetNone(PyExc_KeyboardInterrupt);
     throw py::error_already_set();
   }
-  return comparison_json(*records);
+  return result_of(*records, false).json();
 }
 
 void bind_configuration(py::module_& m) {
@@ -87,6 +87,14 @@ void bind_configuration(py::module_& m) {
       .def_readonly("valves", &VariantConfig::valves)
       .def_readonly("solver", &VariantConfig::solver)
       .def_readonly("motor", &VariantConfig::motor)
+      .def_readonly("estimator", &VariantConfig::estimator)
+      .def_property_readonly("settings",
+                             [](const VariantConfig& v) {
+                               py::dict settings;
+                               for (const VariantKey& key : variant_keys())
+                                 if (key.member.index() != 0) settings[py::str(key.path)] = key.value(v);
+                               return settings;
+                             })
       .def("__repr__", [](const VariantConfig& v) { return fmt::format("<solenoid.Variant {}>", v.name); });
   py::class_<ScenarioConfig>(m, "Scenario")
       .def_readonly("name", &ScenarioConfig::name)

@@ -2,157 +2,104 @@
 
 #include "experiments/campaign/ensemble.hpp"
 #include "experiments/report/ranking.hpp"
-#include "experiments/report/text_table.hpp"
 
 #include <algorithm>
-#include <functional>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 namespace solenoid {
 namespace {
 
-using Align = TextTable::Align;
+using Column = Table::Column;
 
-/// The cells of one number over rows, the least marked as the best; rows without it read "-".
-template <class Row, class Value>
-std::vector<TextTable::Cell> column(const std::vector<Row>& rows, const std::function<bool(const Row&)>& has,
-                                    Value value) {
-  std::vector<TextTable::Cell> cells;
-  double best = std::numeric_limits<double>::infinity();
+/// Marks the least of a column as the best, if there are several.
+void mark_least(Table& table, std::size_t column) {
+  Table::Cell* best = nullptr;
   std::size_t count = 0;
-  for (const Row& row : rows)
-    if (has(row)) best = std::min(best, static_cast<double>(value(row))), ++count;
-  for (const Row& row : rows) {
-    if (!has(row))
-      cells.push_back({"-"});
-    else
-      cells.push_back({short_number(value(row)), count > 1 && static_cast<double>(value(row)) == best});
+  for (Table::Row& row : table.rows) {
+    if (row[column].value.is_null()) continue;
+    if (!best || row[column].value.get<double>() < best->value.get<double>()) best = &row[column];
+    ++count;
   }
-  return cells;
-}
-
-/// For a number of which less is not better.
-std::vector<TextTable::Cell> unmarked(std::vector<TextTable::Cell> cells) {
-  for (TextTable::Cell& cell : cells) cell.marked = false;
-  return cells;
-}
-
-std::string troubles(const RankedVariant& v) {
-  std::string text = fmt::format("{} of {}", v.failed, v.runs);
-  if (v.unstable > 0) text += fmt::format(", {} unstable", v.unstable);
-  return text;
+  for (Table::Row& row : table.rows) row[column].marked = count > 1 && row[column].value == best->value;
 }
 
 constexpr std::size_t many = 20;  // scenarios from which on percentiles and intervals say something
 
-std::string summary_text(const Ranking& ranking, bool colour) {
-  using V = RankedVariant;
-  const std::vector<V>& rows = ranking.variants;
-  const std::function<bool(const V&)> ranked = [](const V& v) { return v.ranked; };
+Table summary(const Ranking& ranking) {
   const bool spread = ranking.common_scenarios >= many;
-  std::vector<std::vector<TextTable::Cell>> numbers = {
-      column(rows, ranked, [](const V& v) { return v.rmse_mm; }),
-      column(rows, ranked, [](const V& v) { return v.worst_rmse_mm; }),
-      column(rows, ranked, [](const V& v) { return v.switches_per_s; }),
-      column(rows, ranked, [](const V& v) { return v.air_g; }),
-      column(rows, ranked, [](const V& v) { return v.solve_p50_us; }),
-      column(rows, ranked, [](const V& v) { return v.solve_p99_us; })};
-  std::vector<TextTable::Column> columns = {
-      {"rank"},  {"variant", Align::left}, {"RMSE mm"}, {"worst mm"}, {"switches/s"},
-      {"air g"}, {"solve p50 us"},         {"p99 us"},  {"failed"}};
-  if (spread) {
-    const auto after = [](auto& list, std::ptrdiff_t i) { return list.begin() + i; };
-    numbers.insert(after(numbers, 1), column(rows, ranked, [](const V& v) { return v.p95_rmse_mm; }));
-    numbers.insert(after(numbers, 1),
-                   unmarked(column(rows, ranked, [](const V& v) { return 100 * (v.rmse_margin - 1); })));
-    columns.insert(after(columns, 3), {{"+- %"}, {"95 % mm"}});
+  const auto only_then = [&](const char* heading) { return spread ? heading : ""; };
+  Table table{.columns = {Column("", "rank"), Column("", "variant", "<"), Column("", "RMSE mm"),
+                          Column("", only_then("+- %")), Column("", only_then("95 % mm")), Column("", "worst mm"),
+                          Column("", "switches/s"), Column("", "air g"), Column("", "solve p50 us"),
+                          Column("", "p99 us"), Column("", "failed")}};
+  for (const RankedVariant& v : ranking.variants) {
+    const auto number = [&](double value) { return v.ranked ? Json(value) : Json(); };
+    std::string troubles = fmt::format("{} of {}", v.failed, v.runs);
+    if (v.unstable > 0) troubles += fmt::format(", {} unstable", v.unstable);
+    table.add({v.ranked ? Json(table.rows.size() + 1) : Json(), v.variant, number(v.rmse_mm),
+               number(100 * (v.rmse_margin - 1)), number(v.p95_rmse_mm), number(v.worst_rmse_mm),
+               number(v.switches_per_s), number(v.air_g), number(v.solve_p50_us), number(v.solve_p99_us), troubles});
   }
-  TextTable table(columns);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    std::vector<TextTable::Cell> cells = {{rows[i].ranked ? fmt::format("{}", i + 1) : "-"}, {rows[i].variant}};
-    for (const auto& number : numbers) cells.push_back(number[i]);
-    cells.push_back({troubles(rows[i])});
-    table.add_row(std::move(cells));
-  }
-  return table.text(colour);
+  for (const std::size_t column : {2, 4, 5, 6, 7, 8, 9}) mark_least(table, column);
+  return table;
 }
 
-std::string scenario_text(const std::vector<const RunRecord*>& runs, bool colour) {
-  using R = const RunRecord*;
-  const std::function<bool(const R&)> ok = [](const R& r) { return r->metrics.has_value(); };
-  const auto number = [&](auto member) { return column(runs, ok, [=](const R& r) { return (*r->metrics).*member; }); };
-  const std::vector<std::vector<TextTable::Cell>> numbers = {
-      number(&Metrics::rmse_mm),
-      number(&Metrics::mae_mm),
-      number(&Metrics::rmse_measured_mm),
-      number(&Metrics::coil_switches),
-      number(&Metrics::air_g),
-      unmarked(number(&Metrics::motor_rms_n)),
-      column(runs, ok, [](const R& r) { return r->metrics->solve_us.p99; })};
-  TextTable table({{"  variant", Align::left},
-                   {"seed"},
-                   {"RMSE mm"},
-                   {"MAE mm"},
-                   {"measured RMSE"},
-                   {"switches"},
-                   {"air g"},
-                   {"motor N"},
-                   {"p99 us"},
-                   {"status", Align::left}});
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    std::vector<TextTable::Cell> cells = {{"  " + runs[i]->variant}, {fmt::format("{}", runs[i]->seed)}};
-    for (const auto& cell : numbers) cells.push_back(cell[i]);
-    cells.push_back({runs[i]->status});
-    table.add_row(std::move(cells));
-  }
+Table scenario_table(const std::vector<const RunRecord*>& runs) {
   const RunRecord& first = *runs.front();
-  return fmt::format("\n{}: {}, payload {} kg\n{}", first.scenario, first.trajectory, first.payload_kg,
-                     table.text(colour));
+  Table table{.title = fmt::format("{}: {}, payload {} kg", first.scenario, first.trajectory, first.payload_kg),
+              .columns = {Column("", "  variant", "<"), Column("", "seed"), Column("", "RMSE mm"), Column("", "MAE mm"),
+                          Column("", "measured RMSE"), Column("", "switches"), Column("", "air g"),
+                          Column("", "motor N"), Column("", "p99 us"), Column("", "status", "<")}};
+  for (const RunRecord* r : runs) {
+    const auto number = [&](double Metrics::*member) { return r->metrics ? Json((*r->metrics).*member) : Json(); };
+    table.add({"  " + r->variant, r->seed, number(&Metrics::rmse_mm), number(&Metrics::mae_mm),
+               number(&Metrics::rmse_measured_mm), r->metrics ? Json(r->metrics->coil_switches) : Json(),
+               number(&Metrics::air_g), number(&Metrics::motor_rms_n),
+               r->metrics ? Json(r->metrics->solve_us.p99) : Json(), r->status});
+  }
+  for (const std::size_t column : {2, 3, 4, 5, 6, 8}) mark_least(table, column);
+  return table;
 }
 
 /// The ranking over each ensemble of scenarios by itself.
-std::string ensembles_text(std::span<const RunRecord> records, bool colour) {
-  std::vector<std::pair<std::string, std::vector<RunRecord>>> ensembles;
+std::vector<Table> ensembles(std::span<const RunRecord> records) {
+  std::vector<std::pair<std::string, std::vector<RunRecord>>> groups;
   for (const RunRecord& r : records) {
     const std::string name = ensemble_name(r.scenario);
     if (name == r.scenario) continue;
-    auto at = std::ranges::find(ensembles, name, &std::pair<std::string, std::vector<RunRecord>>::first);
-    if (at == ensembles.end()) at = ensembles.insert(at, {name, {}});
+    auto at = std::ranges::find(groups, name, &std::pair<std::string, std::vector<RunRecord>>::first);
+    if (at == groups.end()) at = groups.insert(at, {name, {}});
     at->second.push_back(r);
   }
-  std::string text;
-  for (const auto& [name, runs] : ensembles) {
+  std::vector<Table> tables;
+  for (const auto& [name, runs] : groups) {
     const Ranking ranking = rank_variants(runs);
-    text += fmt::format("\n{}, {} plants\n{}", name, ranking.scenarios, summary_text(ranking, colour));
+    tables.push_back(summary(ranking));
+    tables.back().title = fmt::format("{}, {} plants", name, ranking.scenarios);
   }
-  return text;
+  return tables;
 }
 
 }  // namespace
 
-std::string comparison_text(std::span<const RunRecord> records, bool details, bool colour) {
+Result result_of(std::span<const RunRecord> records, bool details) {
   const Ranking ranking = rank_variants(records);
-  std::string text = summary_text(ranking, colour) + ensembles_text(records, colour);
+  Result result{.facts = {{"runs", Json::array()}}, .tables = {summary(ranking)}};
+  for (const RunRecord& record : records) result.facts["runs"].push_back(to_json(record));
+  for (Table& table : ensembles(records)) result.tables.push_back(std::move(table));
   for (std::size_t i = 0; details && i < records.size();) {
     std::vector<const RunRecord*> runs;
     for (const std::string& scenario = records[i].scenario; i < records.size() && records[i].scenario == scenario; ++i)
       runs.push_back(&records[i]);
-    text += scenario_text(runs, colour);
+    result.tables.push_back(scenario_table(runs));
   }
-  return text + fmt::format(
-                    "\n* best. RMSE: geometric mean of the true position error over {} of {} scenarios (those "
-                    "all ranked variants finished); switches/s and air: means; p50: median, p99: worst run.{}\n",
-                    ranking.common_scenarios, ranking.scenarios,
-                    ranking.common_scenarios < many ? "" : " +-: 95 % confidence interval of the mean.");
-}
-
-std::string comparison_json(std::span<const RunRecord> records) {
-  nlohmann::ordered_json runs = nlohmann::ordered_json::array();
-  for (const RunRecord& record : records) runs.push_back(to_json(record));
-  using Handler = nlohmann::ordered_json::error_handler_t;
-  return nlohmann::ordered_json{{"runs", std::move(runs)}}.dump(1, ' ', false, Handler::replace) + "\n";
+  result.notes = {fmt::format(
+      "* best. RMSE: geometric mean of the true position error over {} of {} scenarios (those all ranked variants "
+      "finished); switches/s and air: means; p50: median, p99: worst run.{}",
+      ranking.common_scenarios, ranking.scenarios,
+      ranking.common_scenarios < many ? "" : " +-: 95 % confidence interval of the mean.")};
+  return result;
 }
 
 }  // namespace solenoid

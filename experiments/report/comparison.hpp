@@ -1,16 +1,14 @@
 #pragma once
 
+#include "experiments/base/result.hpp"
 #include "experiments/campaign/run_record.hpp"
 
 #include <span>
-#include <string>
 
 namespace solenoid {
 
-/// A campaign's result for a person: the ranked summary and, with `details`, every run below its scenario.
-std::string comparison_text(std::span<const RunRecord> records, bool details, bool colour);
-
-/// `{"runs": [...]}`.
-std::string comparison_json(std::span<const RunRecord> records);
+/// A campaign's result: the ranked summary and, with `details`, every run below its scenario. JSON: `{"runs": [...]}`;
+/// CSV is to_csv's.
+Result result_of(std::span<const RunRecord> records, bool details);
 
 }  // namespace solenoid

@@ -1,7 +1,7 @@
 #include "experiments/report/page.hpp"
 
 #include "core/config/reader.hpp"
-#include "experiments/embedded.hpp"
+#include "experiments/base/embedded.hpp"
 #include "experiments/report/report_data.hpp"
 
 #include <fmt/format.h>

@@ -1,10 +1,10 @@
 #include "experiments/report/report_data.hpp"
 
 #include "controllers/timing.hpp"
-#include "experiments/build_info.hpp"
+#include "experiments/base/build_info.hpp"
 #include "experiments/campaign/ensemble.hpp"
 #include "experiments/report/ranking.hpp"
-#include "experiments/thesis/thesis_cell.hpp"
+#include "experiments/report/thesis_cell.hpp"
 
 #include <algorithm>
 #include <filesystem>

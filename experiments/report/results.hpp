@@ -1,7 +1,7 @@
 #pragma once
 
 #include "experiments/campaign/run_record.hpp"
-#include "experiments/log/trace.hpp"
+#include "experiments/campaign/trace.hpp"
 
 #include <optional>
 #include <string>

@@ -8,23 +8,22 @@
 
 namespace solenoid {
 
-/// A solver that fails by script, on the time since its first solve: late, hanging, a plan of no numbers, a refusal to
-/// be prepared.
+/// Fails by script, on the time since its first solve: late, hanging, a plan of no numbers, a refusal to be prepared.
 template <HybridModel M>
-class FaultySolver final : public Solver<M> {
+class FaultySolver final : public SolverAround<M> {
  public:
-  FaultySolver(std::unique_ptr<Solver<M>> solver, std::vector<InjectedFault> faults)
-      : solver_(std::move(solver)), faults_(std::move(faults)) {}
+  FaultySolver(SolverPtr<M> solver, std::vector<InjectedFault> faults)
+      : SolverAround<M>(std::move(solver)), faults_(std::move(faults)) {}
 
   void prepare(const Problem<M>& problem) override {
     for (const InjectedFault& f : faults_)
       if (f.kind == "throw") throw std::runtime_error("the solver refuses to start (injected)");
-    solver_->prepare(problem);
+    this->inner_->prepare(problem);
   }
   Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
     if (begun_s_ < 0) begun_s_ = clock_.now_s();
     const double time_s = clock_.now_s() - begun_s_;
-    Report report = solver_->solve(problem, plan, deadline);
+    Report report = this->inner_->solve(problem, plan, deadline);
     for (const InjectedFault& f : faults_) {
       if (!f.active(time_s)) continue;
       if (f.kind == "late") clock_.sleep_until(clock_.now_s() + 1e-3 * f.value);
@@ -38,35 +37,25 @@ class FaultySolver final : public Solver<M> {
   }
 
  private:
-  std::unique_ptr<Solver<M>> solver_;
   std::vector<InjectedFault> faults_;
   MonotonicClock clock_;
   double begun_s_ = -1.0;
 };
 
-/// Puts the controller's solver into a thread of its own, its scripted faults around it.
-class BackgroundWrapper final : public SolverWrapper {
- public:
-  BackgroundWrapper(const SolverThreadSettings& settings, const std::vector<InjectedFault>& faults)
-      : settings_(settings) {
-    for (const InjectedFault& f : faults)
-      if (f.target == "solver") faults_.push_back(f);
-  }
-  std::unique_ptr<Solver<PneumaticActuator>> wrap(std::unique_ptr<Solver<PneumaticActuator>> s) override {
-    return wrapped(std::move(s));
-  }
-  std::unique_ptr<Solver<PrestabilisedActuator>> wrap(std::unique_ptr<Solver<PrestabilisedActuator>> s) override {
-    return wrapped(std::move(s));
-  }
+/// Of a script, what is the solver's.
+inline std::vector<InjectedFault> faults_of_solver(const std::vector<InjectedFault>& faults) {
+  std::vector<InjectedFault> own;
+  for (const InjectedFault& f : faults)
+    if (f.target == "solver") own.push_back(f);
+  return own;
+}
 
- private:
-  template <HybridModel M>
-  std::unique_ptr<Solver<M>> wrapped(std::unique_ptr<Solver<M>> solver) {
-    if (!faults_.empty()) solver = std::make_unique<FaultySolver<M>>(std::move(solver), faults_);
-    return std::make_unique<BackgroundSolver<M>>(std::move(solver), settings_);
-  }
-  SolverThreadSettings settings_;
-  std::vector<InjectedFault> faults_;
-};
+/// Puts the controller's solver into a thread of its own, its scripted faults around it.
+inline SolverDecorator in_background(const SolverThreadSettings& settings, const std::vector<InjectedFault>& faults) {
+  return decorator([settings, faults = faults_of_solver(faults)]<HybridModel M>(SolverPtr<M> solver) -> SolverPtr<M> {
+    if (!faults.empty()) solver = std::make_unique<FaultySolver<M>>(std::move(solver), faults);
+    return std::make_unique<BackgroundSolver<M>>(std::move(solver), settings);
+  });
+}
 
 }  // namespace solenoid

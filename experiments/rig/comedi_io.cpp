@@ -10,7 +10,7 @@
 
 #if __has_include(<comedilib.h>)
 #define SOLENOID_COMEDI 1
-#include "experiments/campaign/files.hpp"
+#include "experiments/base/files.hpp"
 
 #include <algorithm>
 #include <array>

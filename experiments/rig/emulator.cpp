@@ -2,7 +2,7 @@
 
 #include "core/rt/clock.hpp"
 #include "core/rt/process_setup.hpp"
-#include "experiments/campaign/files.hpp"
+#include "experiments/base/files.hpp"
 
 #include <cerrno>
 #include <csignal>

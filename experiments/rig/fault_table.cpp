@@ -5,8 +5,9 @@
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "core/rt/deferred_solver.hpp"
+#include "experiments/base/result.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/report/text_table.hpp"
+#include "experiments/rig/background.hpp"
 #include "experiments/rig/faulty_plant.hpp"
 #include "experiments/rig/make_ladder.hpp"
 
@@ -52,6 +53,10 @@ class LateSolver final : public DeferredSolver<M> {
   Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
     return solver_->solve(problem, plan, deadline);
   }
+  bool anticipates() const override { return solver_->anticipates(); }
+  void anticipate(const Problem<M>& expected, const Plan<M>& warm_start) noexcept override {
+    if (!busy_) solver_->anticipate(expected, warm_start);
+  }
 
  private:
   void begin_if_free() noexcept {
@@ -79,23 +84,6 @@ class LateSolver final : public DeferredSolver<M> {
   std::int64_t waiting_ticket_ = -1, tick_ = 0, done_at_ = 0;
   bool busy_ = false;
   Finished working_, given_;
-};
-
-class LateWrapper final : public SolverWrapper {
- public:
-  explicit LateWrapper(const std::vector<InjectedFault>& faults) {
-    for (const InjectedFault& f : faults)
-      if (f.target == "solver") faults_.push_back(f);
-  }
-  std::unique_ptr<Solver<PneumaticActuator>> wrap(std::unique_ptr<Solver<PneumaticActuator>> s) override {
-    return std::make_unique<LateSolver<PneumaticActuator>>(std::move(s), faults_);
-  }
-  std::unique_ptr<Solver<PrestabilisedActuator>> wrap(std::unique_ptr<Solver<PrestabilisedActuator>> s) override {
-    return std::make_unique<LateSolver<PrestabilisedActuator>>(std::move(s), faults_);
-  }
-
- private:
-  std::vector<InjectedFault> faults_;
 };
 
 /// Follows a run tick by tick and notes what the fault led to.
@@ -128,21 +116,25 @@ struct Observer {
 
 }  // namespace
 
-FaultOutcome simulate_fault(const std::string& name, const std::string& fault, bool moving, double until_s,
-                            double rearm_at_s) {
+FaultOutcome simulate_fault(const std::string& variant_name, const std::string& name, const std::string& fault,
+                            bool moving, double until_s, double rearm_at_s) {
   FaultOutcome out;
   out.name = name;
   out.fault = fault;
   out.moving = moving;
   const std::vector<InjectedFault> faults = parse_faults({fault});
-  const Campaign campaign = read_campaign("rig", {{"nine_state"}, {"cycloidal"}});
+  const Campaign campaign = read_campaign("rig", {{variant_name}, {"cycloidal"}});
   const VariantConfig& variant = campaign.variants.front();
   const ScenarioConfig& scenario = campaign.scenarios.front();
+  require_real_time(variant);
   FaultyPlant plant(make_plant(variant, scenario, 1), faults, variant.valves, 1);
-  LateWrapper wrapper(faults);
+  const SolverDecorator late =
+      decorator([own = faults_of_solver(faults)]<HybridModel M>(SolverPtr<M> solver) -> SolverPtr<M> {
+        return std::make_unique<LateSolver<M>>(std::move(solver), own);
+      });
   std::unique_ptr<FallbackLadder> ladder;
   try {
-    ladder = make_ladder(variant, scenario.trajectory, scenario.plane, {}, &wrapper);
+    ladder = make_ladder(variant, scenario.trajectory, scenario.plane, {}, late);
   } catch (const std::exception& error) {
     out.note = fmt::format("refused before the first command: {}", error.what());
     return out;
@@ -161,12 +153,12 @@ FaultOutcome simulate_fault(const std::string& name, const std::string& fault, b
   return out;
 }
 
-std::vector<FaultOutcome> simulated_faults() {
+std::vector<FaultOutcome> simulated_faults(const std::string& variant) {
   std::vector<FaultOutcome> table;
   const auto add = [&](const std::string& what, bool moving, double for_s = 0.0, double rearm_s = -1.0) {
     const double from_s = moving ? moving_s : rest_s;
     const std::string spec = fmt::format("{}@{}", what, from_s) + (for_s > 0 ? fmt::format("+{}", for_s) : "");
-    table.push_back(simulate_fault(what, spec, moving, from_s + (rearm_s > 0 ? rearm_s + 2.0 : 2.0),
+    table.push_back(simulate_fault(variant, what, spec, moving, from_s + (rearm_s > 0 ? rearm_s + 2.0 : 2.0),
                                    rearm_s > 0 ? from_s + rearm_s : -1.0));
   };
   for (const bool moving : {false, true}) {
@@ -185,44 +177,37 @@ std::vector<FaultOutcome> simulated_faults() {
   return table;
 }
 
-std::string fault_table_text(const std::vector<FaultOutcome>& simulated, const std::vector<ProcessOutcome>& processes) {
-  const auto left = TextTable::Align::left, right = TextTable::Align::right;
-  TextTable table({{"fault", left},
-                   {"when", left},
-                   {"noticed ms", right},
-                   {"acted ms", right},
-                   {"worst rung", left},
-                   {"last rung", left},
-                   {"final coils, motor", left},
-                   {"error mm", right},
-                   {"in range", left},
-                   {"why SAFE", left}});
-  const auto ms = [](double value) { return value < 0 ? std::string("-") : fmt::format("{:.0f}", value); };
+Result result_of(const std::vector<FaultOutcome>& simulated, const std::vector<ProcessOutcome>& processes) {
+  using Column = Table::Column;
+  using Data = Table::Data;
+  const auto outputs = [](const Command& c) { return Json{{"coils", c.coils}, {"motor_n", c.motor_force_n}}; };
+  const auto outputs_text = [](const Command& c) { return fmt::format("{:04b}, {:.1f} N", c.coils, c.motor_force_n); };
+  const auto happened = [](double ms) { return ms < 0 ? Json() : Json(ms); };
+  Table table{.name = "simulated",
+              .columns = {Column("", "fault", "<"), Column("fault"), Column("", "when", "<"), Column("moving"),
+                          Column("noticed_ms"), Column("", "noticed ms", ".0f"), Column("acted_ms"),
+                          Column("", "acted ms", ".0f"), Column("worst_rung", "worst rung", "<"),
+                          Column("last_rung", "last rung", "<"), Column("final_outputs", "", "", Data::json),
+                          Column("", "final coils, motor", "<"), Column("largest_error_mm", "error mm", ".1f"),
+                          Column("in_range", "in range", "<"), Column("safe_causes"), Column("note"),
+                          Column("", "why SAFE", "<")}};
   for (const FaultOutcome& f : simulated)
-    table.add_row(std::vector<std::string>{
-        f.name, f.moving ? "moving" : "at rest", ms(f.detected_ms), ms(f.acted_ms), std::string(to_string(f.worst)),
-        std::string(to_string(f.last)),
-        fmt::format("{:04b}, {:.1f} N", f.final_command.coils, f.final_command.motor_force_n),
-        fmt::format("{:.1f}", f.largest_error_mm), f.in_range ? "yes" : "NO",
-        (f.causes.empty() ? std::string() : to_string(f.causes)) + (f.note.empty() ? "" : " " + f.note)});
-  std::string text = table.text(false);
-  if (processes.empty()) return text;
-  TextTable second({{"process", left},
-                    {"run's exit", right},
-                    {"node safe after ms", right},
-                    {"longest silence ms", right},
-                    {"node's outputs", left},
-                    {"refused", right},
-                    {"ticks in the log", right},
-                    {"closed", left},
-                    {"why SAFE", left}});
+    table.add({f.name, f.fault, f.moving ? "moving" : "at rest", f.moving, f.detected_ms, happened(f.detected_ms),
+               f.acted_ms, happened(f.acted_ms), to_string(f.worst), to_string(f.last), outputs(f.final_command),
+               outputs_text(f.final_command), f.largest_error_mm, f.in_range, to_string(f.causes), f.note,
+               (f.causes.empty() ? std::string() : to_string(f.causes)) + (f.note.empty() ? "" : " " + f.note)});
+  Table second{
+      .name = "processes",
+      .columns = {Column("fault", "process", "<"), Column("exit_code", "run's exit"), Column("node_safe_after_ms"),
+                  Column("", "node safe after ms", ".1f"), Column("longest_silence_ms", "longest silence ms", ".1f"),
+                  Column("final_outputs", "", "", Data::json), Column("", "node's outputs", "<"),
+                  Column("refused", "refused"), Column("log_ticks", "ticks in the log"),
+                  Column("log_closed", "closed", "<"), Column("safe_causes", "why SAFE", "<")}};
   for (const ProcessOutcome& p : processes)
-    second.add_row(std::vector<std::string>{
-        p.name, std::to_string(p.exit_code), p.safe_after_ms < 0 ? "-" : fmt::format("{:.1f}", p.safe_after_ms),
-        fmt::format("{:.1f}", p.longest_silence_ms),
-        fmt::format("{:04b}, {:.1f} N", p.final_outputs.coils, p.final_outputs.motor_force_n),
-        std::to_string(p.refused), std::to_string(p.log_ticks), p.log_closed ? "yes" : "no", p.causes});
-  return text + "\n" + second.text(false);
+    second.add({p.name, p.exit_code, p.safe_after_ms, happened(p.safe_after_ms), p.longest_silence_ms,
+                outputs(p.final_outputs), outputs_text(p.final_outputs), p.refused, p.log_ticks, p.log_closed,
+                p.causes});
+  return {.tables = {table, second}};
 }
 
 }  // namespace solenoid

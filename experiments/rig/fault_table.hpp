@@ -7,6 +7,8 @@
 
 namespace solenoid {
 
+struct Result;
+
 /// What a provoked fault led to. Times are in milliseconds of the plant's time; -1: it did not happen.
 struct FaultOutcome {
   std::string name, fault;
@@ -22,13 +24,14 @@ struct FaultOutcome {
 };
 
 /// The faults of sensors, valves, supply and solver, at rest and moving, on a clock of simulated time: the rig's own
-/// loop, ladder and exit around the twin. The same program gives the same table.
-std::vector<FaultOutcome> simulated_faults();
+/// loop, ladder and exit around the twin. The same program gives the same table. Throws ConfigError for a variant that
+/// is not known or not real time.
+std::vector<FaultOutcome> simulated_faults(const std::string& variant);
 
 /// One of them: `fault` in the grammar of fault_script.hpp, its time included; re-armed at `rearm_at_s` if not
 /// negative.
-FaultOutcome simulate_fault(const std::string& name, const std::string& fault, bool moving, double until_s,
-                            double rearm_at_s = -1.0);
+FaultOutcome simulate_fault(const std::string& variant, const std::string& name, const std::string& fault, bool moving,
+                            double until_s, double rearm_at_s = -1.0);
 
 /// What became of a process-level fault: a controller and an emulated node as two processes of this program.
 struct ProcessOutcome {
@@ -44,9 +47,10 @@ struct ProcessOutcome {
 };
 
 /// Signals, lost processes and wires, disks: real processes in real time, some seconds each. `program`: this program's
-/// file; `folder`: for their results.
-std::vector<ProcessOutcome> process_faults(const std::string& program, const std::string& folder);
+/// file; `folder`: for their results; `variant`: what they run.
+std::vector<ProcessOutcome> process_faults(const std::string& program, const std::string& folder,
+                                           const std::string& variant);
 
-std::string fault_table_text(const std::vector<FaultOutcome>& simulated, const std::vector<ProcessOutcome>& processes);
+Result result_of(const std::vector<FaultOutcome>& simulated, const std::vector<ProcessOutcome>& processes);
 
 }  // namespace solenoid

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "experiments/plants/simulated_plant.hpp"
 #include "experiments/rig/fault_script.hpp"
-#include "experiments/sim/simulated_plant.hpp"
 
 #include <array>
 #include <memory>

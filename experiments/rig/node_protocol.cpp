@@ -1,6 +1,6 @@
 #include "experiments/rig/node_protocol.hpp"
 
-#include "experiments/log/bytes.hpp"
+#include "experiments/base/bytes.hpp"
 
 #include <cstring>
 

@@ -7,16 +7,17 @@
 
 namespace solenoid {
 
-/// The packets between controller and I/O node: 52 bytes each, little-endian (docs/rig.md, byte by byte).
+/// The packets between controller and I/O node: 52 bytes each, little-endian (docs/reference/rig.md, byte by byte).
 ///
 ///     0  u32 magic "SLN1"      4  u8 type      5  u8 flags      6  u16 zero
 ///     8  u32 session          12  u32 sequence                 16  u64 sender's monotonic time [us]
 ///    24  six 32-bit words of payload           48  u32 CRC-32 of bytes 0 to 47
 ///
-///     open      -                            the node starts a session: safe outputs, counters 0; answers with a
-///     sample request   -                            answers with a sample command   coils, motor_uv outputs until the
-///     next; none for 20 ms: safe safe      -                            safe outputs at once sample    echo,
-///     position_uv, pressure_a_uv, pressure_b_uv, timeouts, refused
+///     open      -                  the node starts a session: safe outputs, counters 0; answers with a sample
+///     request   -                  answers with a sample
+///     command   coils, motor_uv    outputs until the next command; none for 20 ms: safe
+///     safe      -                  safe outputs at once
+///     sample    echo, position_uv, pressure_a_uv, pressure_b_uv, timeouts, refused
 struct NodePacket {
   enum class Type : std::uint8_t { open = 1, request = 2, command = 3, sample = 4, safe = 5 };
   static constexpr std::size_t size = 52;

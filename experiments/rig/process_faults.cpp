@@ -1,6 +1,6 @@
-#include "experiments/campaign/files.hpp"
-#include "experiments/log/recorded_run.hpp"
+#include "experiments/base/files.hpp"
 #include "experiments/rig/fault_table.hpp"
+#include "experiments/rig/log/recorded_run.hpp"
 
 #include <chrono>
 #include <csignal>
@@ -119,8 +119,8 @@ std::vector<Case> cases() {
 }
 
 /// The log's ticks, and whether it was closed.
-void look_at_log(const std::string& folder, ProcessOutcome& out) {
-  const std::string path = folder + "/cycloidal--nine_state--s1.mcap";
+void look_at_log(const std::string& folder, const std::string& variant, ProcessOutcome& out) {
+  const std::string path = fmt::format("{}/cycloidal--{}--s1.mcap", folder, variant);
   try {
     const RecordedRun run = read_run(path);
     out.log_ticks = static_cast<std::int64_t>(run.ticks.size());
@@ -143,15 +143,17 @@ void look_at_node(const std::string& path, ProcessOutcome& out) {
     out.final_outputs = {outputs->at("coils"), outputs->at("motor_n")};
 }
 
-ProcessOutcome provoke(const Case& c, const std::string& program, const std::string& folder, int port) {
+ProcessOutcome provoke(const Case& c, const std::string& program, const std::string& folder, const std::string& variant,
+                       int port) {
   ProcessOutcome out;
   out.name = c.name;
   const std::string here = fmt::format("{}/{}", folder, port), report = here + "-node.json";
-  std::vector<std::string> node = {"emulator", "--port", std::to_string(port), "--report", report, "--idle-exit", "1"};
+  std::vector<std::string> node = {"emulator", "--variant", variant,       "--port", std::to_string(port),
+                                   "--report", report,      "--idle-exit", "1"};
   node.insert(node.end(), c.node_arguments.begin(), c.node_arguments.end());
   std::vector<std::string> run = {
-      "run",        "nine_state", "--plant", "emulator", "--node", fmt::format("127.0.0.1:{}", port),
-      "--duration", "3",          "--out",   here,       "--quiet"};
+      "run",        variant, "--plant", "emulator", "--node", fmt::format("127.0.0.1:{}", port),
+      "--duration", "3",     "--out",   here,       "--quiet"};
   run.insert(run.end(), c.run_arguments.begin(), c.run_arguments.end());
   Child emulator(program, node, here + "-node.txt");
   wait_s(0.2);
@@ -160,17 +162,18 @@ ProcessOutcome provoke(const Case& c, const std::string& program, const std::str
   c.strike(controller);
   out.exit_code = controller.wait(20.0);
   emulator.wait(5.0);
-  look_at_log(here, out);
+  look_at_log(here, variant, out);
   look_at_node(report, out);
   return out;
 }
 
 }  // namespace
 
-std::vector<ProcessOutcome> process_faults(const std::string& program, const std::string& folder) {
+std::vector<ProcessOutcome> process_faults(const std::string& program, const std::string& folder,
+                                           const std::string& variant) {
   std::vector<ProcessOutcome> table;
   int port = 20000 + ::getpid() % 20000;
-  for (const Case& c : cases()) table.push_back(provoke(c, program, folder, port++));
+  for (const Case& c : cases()) table.push_back(provoke(c, program, folder, variant, port++));
   return table;
 }
 

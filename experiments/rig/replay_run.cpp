@@ -1,60 +1,68 @@
 #include "experiments/rig/replay_run.hpp"
 
 #include "controllers/timing.hpp"
+#include "core/config/document.hpp"
 #include "core/config/reader.hpp"
 #include "core/rt/deferred_solver.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/campaign/files.hpp"
 #include "experiments/rig/make_ladder.hpp"
 #include "experiments/rig/rig_file.hpp"
 
 #include <chrono>
 #include <cmath>
+#include <set>
 
 #include <fmt/format.h>
 
 namespace solenoid {
 namespace {
 
+/// What a log says of its plans: the tick that one arrives in, and which were made from an anticipated problem.
+struct LoggedPlans {
+  std::int64_t arriving = -1;            ///< ticket of the plan that arrives in the tick at hand; -1: none
+  std::set<std::int64_t> anticipated{};  ///< slots
+
+  explicit LoggedPlans(const RecordedRun& run) {
+    for (const TickRecord& tick : run.ticks)
+      if (tick.decision.solved && tick.decision.report.anticipated)
+        anticipated.insert(tick.decision.ticket / ticks_per_period);
+  }
+};
+
 /// Solves when it is posted to, and hands plans out in the ticks the log names.
 template <HybridModel M>
 class LoggedArrivals final : public DeferredSolver<M> {
  public:
   using Finished = typename DeferredSolver<M>::Finished;
-  LoggedArrivals(std::unique_ptr<Solver<M>> solver, const std::int64_t& arriving)
-      : solver_(std::move(solver)), arriving_(arriving) {}
+  LoggedArrivals(SolverPtr<M> solver, const LoggedPlans& log) : solver_(std::move(solver)), log_(log) {}
 
   void prepare(const Problem<M>& problem) override { solver_->prepare(problem); }
   void post(std::int64_t ticket, const Problem<M>& problem, const Plan<M>& warm_start, double) noexcept override {
-    Finished& slot = kept_[static_cast<std::size_t>(ticket / ticks_per_period) % kept_.size()];
-    slot.ticket = ticket;
+    Finished& slot = kept_[slot_of(ticket) % kept_.size()];
+    slot.ticket = posted_ = ticket;
     slot.plan = warm_start;
     slot.report = solver_->solve(problem, slot.plan, Deadline::never());
   }
   const Finished* collect() noexcept override {
-    if (arriving_ < 0) return nullptr;
-    const Finished& slot = kept_[static_cast<std::size_t>(arriving_ / ticks_per_period) % kept_.size()];
-    return slot.ticket == arriving_ ? &slot : nullptr;
+    if (log_.arriving < 0) return nullptr;
+    const Finished& slot = kept_[slot_of(log_.arriving) % kept_.size()];
+    return slot.ticket == log_.arriving ? &slot : nullptr;
   }
   Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
     return solver_->solve(problem, plan, deadline);
   }
+  bool anticipates() const override { return solver_->anticipates(); }
+  void anticipate(const Problem<M>& expected, const Plan<M>& warm_start) noexcept override {
+    if (log_.anticipated.contains(posted_ / ticks_per_period + 1)) solver_->anticipate(expected, warm_start);
+  }
 
  private:
-  std::unique_ptr<Solver<M>> solver_;
-  const std::int64_t& arriving_;
-  std::array<Finished, 256> kept_{};  // a plan later than 1.28 s came from no controller of ours
-};
+  static std::size_t slot_of(std::int64_t ticket) { return static_cast<std::size_t>(ticket / ticks_per_period); }
 
-class ArrivalsWrapper final : public SolverWrapper {
- public:
-  std::unique_ptr<Solver<PneumaticActuator>> wrap(std::unique_ptr<Solver<PneumaticActuator>> s) override {
-    return std::make_unique<LoggedArrivals<PneumaticActuator>>(std::move(s), arriving);
-  }
-  std::unique_ptr<Solver<PrestabilisedActuator>> wrap(std::unique_ptr<Solver<PrestabilisedActuator>> s) override {
-    return std::make_unique<LoggedArrivals<PrestabilisedActuator>>(std::move(s), arriving);
-  }
-  std::int64_t arriving = -1;
+  SolverPtr<M> solver_;
+  const LoggedPlans& log_;
+  std::int64_t posted_ = -ticks_per_period;
+  std::array<Finished, 256> kept_{};  // a plan later than 1.28 s came from no controller of ours
 };
 
 /// What a person or the end of the run did to the ladder in this tick.
@@ -73,7 +81,7 @@ void compare(const TickRecord& logged, const Decision& decided, double& squares,
   if ((coils || motor != 0.0) && result.first_difference_s < 0) result.first_difference_s = logged.sensors.time_s;
 }
 
-ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, std::int64_t* arriving) {
+ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, LoggedPlans* plans) {
   using Clock = std::chrono::steady_clock;
   ReplayResult result;
   std::vector<double> solve_us, step_us;
@@ -81,7 +89,7 @@ ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, std::int64_
   if (const auto from = run.about.find("restart_m"); from != run.about.end())
     ladder.restart(0.0, std::stod(from->second));
   for (const TickRecord& logged : run.ticks) {
-    if (arriving) *arriving = logged.decision.solved ? logged.decision.ticket : -1;
+    if (plans) plans->arriving = logged.decision.solved ? logged.decision.ticket : -1;
     repeat_requests(logged, &logged != &run.ticks.back() ? &logged + 1 : nullptr, ladder);
     const auto begin = Clock::now();
     const Decision d = ladder.step(logged.sensors);
@@ -111,10 +119,8 @@ const std::string& said(const RecordedRun& run, const char* key) {
 
 Campaign recorded_campaign(const RecordedRun& run, std::vector<std::string> variants) {
   if (variants.empty()) variants = {said(run, "variant")};
-  const TemporaryFolder folder;
-  const std::string path = (folder.path() / "recorded.toml").string();
-  write_file_atomically(path, said(run, "campaign"));
-  return read_campaign(path, {variants, {said(run, "scenario")}});
+  return read_campaign(Document::from_text(said(run, "campaign"), "the log's campaign"),
+                       {variants, {said(run, "scenario")}});
 }
 
 RecordedTask recorded_task(const RecordedRun& run) {
@@ -127,14 +133,17 @@ RecordedTask recorded_task(const RecordedRun& run) {
 }
 
 ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task) {
-  ArrivalsWrapper wrapper;
-  const auto ladder = make_ladder(task.variant, task.scenario.trajectory, task.scenario.plane, task.ladder, &wrapper);
-  return through(run, *ladder, &wrapper.arriving);
+  LoggedPlans plans(run);
+  const SolverDecorator as_logged = decorator([&]<HybridModel M>(SolverPtr<M> solver) -> SolverPtr<M> {
+    return std::make_unique<LoggedArrivals<M>>(std::move(solver), plans);
+  });
+  const auto ladder = make_ladder(task.variant, task.scenario.trajectory, task.scenario.plane, task.ladder, as_logged);
+  return through(run, *ladder, &plans);
 }
 
 ReplayResult replay_other(const RecordedRun& run, const RecordedTask& task, const VariantConfig& variant,
-                          SolverWrapper* wrapper) {
-  const auto ladder = make_ladder(variant, task.scenario.trajectory, task.scenario.plane, task.ladder, wrapper);
+                          const SolverDecorator& decorate) {
+  const auto ladder = make_ladder(variant, task.scenario.trajectory, task.scenario.plane, task.ladder, decorate);
   return through(run, *ladder, nullptr);
 }
 

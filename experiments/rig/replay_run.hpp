@@ -1,11 +1,12 @@
 #pragma once
 
+#include "controllers/any_solver.hpp"
 #include "controllers/ladder/fallback_ladder.hpp"
 #include "controllers/variant.hpp"
 #include "core/metrics/metrics.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/log/recorded_run.hpp"
-#include "experiments/sim/simulate.hpp"
+#include "experiments/campaign/scenario.hpp"
+#include "experiments/rig/log/recorded_run.hpp"
 
 #include <string>
 
@@ -37,8 +38,8 @@ Campaign recorded_campaign(const RecordedRun& run, std::vector<std::string> vari
 ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task);
 
 /// Through any variant under the same limits, each solve done in its tick: what it would have done, and how long it
-/// takes. It is told what was applied then. `wrapper` gets at its solver.
+/// takes. It is told what was applied then. `decorate` gets its solver first.
 ReplayResult replay_other(const RecordedRun& run, const RecordedTask& task, const VariantConfig& variant,
-                          SolverWrapper* wrapper = nullptr);
+                          const SolverDecorator& decorate = {});
 
 }  // namespace solenoid

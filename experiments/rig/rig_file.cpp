@@ -1,7 +1,7 @@
 #include "experiments/rig/rig_file.hpp"
 
 #include "core/config/reader.hpp"
-#include "experiments/campaign/files.hpp"
+#include "experiments/base/files.hpp"
 
 #include <set>
 

@@ -3,8 +3,8 @@
 #include "controllers/timing.hpp"
 #include "core/rt/allocation_guard.hpp"
 #include "core/rt/clock.hpp"
-#include "experiments/log/run_log.hpp"
 #include "experiments/rig/background.hpp"
+#include "experiments/rig/log/run_log.hpp"
 #include "experiments/rig/make_ladder.hpp"
 
 #include <algorithm>
@@ -190,6 +190,50 @@ std::function<ssize_t(int, const char*, std::size_t)> disk_with(const std::vecto
   };
 }
 
+RunLogSettings log_settings(const SessionSettings& settings) {
+  return {.folder = settings.log_folder,
+          .name = settings.log_name,
+          .start_ns = wall_ns(),
+          .udp_ports = settings.udp_ports,
+          .about = settings.about,
+          .write = disk_with(settings.faults)};
+}
+
+/// Has the ladder begin where the slide stands; the log says where, for a replay.
+void begin_off_the_start(Plant& plant, FallbackLadder& ladder, RunLogSettings& log) {
+  plant.write({});
+  const double from_m = plant.read(0.0).position_m;
+  ladder.restart(0.0, from_m);
+  log.about["restart_m"] = fmt::format("{}", from_m);
+}
+
+/// A tick thread that does not come back cannot be ended, and it uses everything here: the program ends as a whole.
+[[noreturn]] void leave(const SessionSettings& settings, RunLog& log) {
+  settings.after_last_tick();
+  log.close({{"ended_in", "a tick that did not come back"}});
+  std::fprintf(stderr, "solenoid: the plant's read or write did not come back; outputs made safe, log closed\n");
+  std::_Exit(1);
+}
+
+/// What the threads, the ladder and the limits counted.
+void take_counts(Shared& shared, const FallbackLadder& ladder, const CommandLimits& limits, SessionResult& result) {
+  result.loop = shared.loop;
+  result.causes = shared.causes;
+  result.ended_s = shared.last_s;
+  result.allocations_in_tick = shared.allocations;
+  result.ladder = ladder.counts();
+  result.refused_commands = limits.refused();
+  result.slowed_commands = limits.slowed();
+  std::ranges::move(shared.setup, std::back_inserter(result.setup));
+}
+
+std::map<std::string, std::string> log_summary(const SessionResult& result) {
+  return {{"ticks", std::to_string(result.loop.ticks)},
+          {"skipped", std::to_string(result.loop.skipped)},
+          {"late", std::to_string(result.loop.late)},
+          {"ended_in", to_string(result.causes)}};
+}
+
 }  // namespace
 
 bool SessionResult::clean() const {
@@ -200,6 +244,7 @@ bool SessionResult::clean() const {
 
 SessionResult run_session(Plant& plant, const VariantConfig& chosen, const ScenarioConfig& scenario,
                           const SessionSettings& settings, const SessionWatch& watch) {
+  require_real_time(chosen);
   SessionResult result;
   VariantConfig variant = chosen;
   variant.latency_ticks = settings.policy == PlanPolicy::next_slot ? ticks_per_period : 0;
@@ -208,54 +253,27 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
   solver.period_s = period_s;
   solver.priority = settings.solver_priority;
   solver.core = settings.solver_core;
-  BackgroundWrapper wrapper(solver, settings.faults);
-  const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, settings.ladder, &wrapper);
+  const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, settings.ladder,
+                                  in_background(solver, settings.faults));
   CommandLimits limits = make_limits(variant);
   limits.set_rates(settings.rates);
   Statistics statistics(settings.duration_s);
-  RunLogSettings log_settings;
-  log_settings.folder = settings.log_folder;
-  log_settings.name = settings.log_name;
-  log_settings.start_ns = wall_ns();
-  log_settings.udp_ports = settings.udp_ports;
-  log_settings.about = settings.about;
-  log_settings.write = disk_with(settings.faults);
-  if (!settings.at_start_position) {
-    plant.write({});
-    const double from_m = plant.read(0.0).position_m;
-    ladder->restart(0.0, from_m);
-    log_settings.about["restart_m"] = fmt::format("{}", from_m);
-  }
-  RunLog log(log_settings, [&](const TickRecord& tick) { statistics.add(tick); });
+  RunLogSettings to = log_settings(settings);
+  if (!settings.at_start_position) begin_off_the_start(plant, *ladder, to);
+  RunLog log(to, [&](const TickRecord& tick) { statistics.add(tick); });
 
   Shared shared;
   std::thread thread([&] { tick_thread(plant, *ladder, limits, log, settings, shared); });
   std::thread guard([&] { guard_thread(settings, shared); });
   wait_for(shared, *ladder, log, watch, result);
   guard.join();
-  if (shared.abandoned.load()) {
-    // The thread cannot be ended, and it uses everything here: close the log and leave as a whole.
-    settings.after_last_tick();
-    log.close({{"ended_in", "a tick that did not come back"}});
-    std::fprintf(stderr, "solenoid: the plant's read or write did not come back; outputs made safe, log closed\n");
-    std::_Exit(1);
-  }
+  if (shared.abandoned.load()) leave(settings, log);
   thread.join();
   settings.after_last_tick();
 
-  result.loop = shared.loop;
-  result.causes = shared.causes;
-  result.ended_s = shared.last_s;
-  result.allocations_in_tick = shared.allocations;
-  result.ladder = ladder->counts();
-  result.refused_commands = limits.refused();
-  result.slowed_commands = limits.slowed();
-  for (SetupStep& step : shared.setup) result.setup.push_back(std::move(step));
+  take_counts(shared, *ladder, limits, result);
   result.log_path = log.path();
-  result.log_problem = log.close({{"ticks", std::to_string(result.loop.ticks)},
-                                  {"skipped", std::to_string(result.loop.skipped)},
-                                  {"late", std::to_string(result.loop.late)},
-                                  {"ended_in", to_string(result.causes)}});
+  result.log_problem = log.close(log_summary(result));
   result.timing = statistics.timing();
   const auto* simulated = dynamic_cast<const SimulatedPlant*>(&plant);
   result.metrics = evaluate_run(statistics.kept(), scenario.trajectory, tick_s,

@@ -1,17 +1,14 @@
 #include "experiments/rig/summary.hpp"
 
-#include "experiments/report/text_table.hpp"
+#include "experiments/base/table.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 namespace solenoid {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 struct Phase {
   const char* name;
@@ -22,17 +19,12 @@ constexpr Phase phases[] = {{"late", &SessionTiming::late},       {"read", &Sess
                             {"tick", &SessionTiming::tick},       {"solve", &SessionTiming::solve}};
 
 std::string timing_table(const SessionTiming& timing) {
-  TextTable table({{"us", TextTable::Align::left},
-                   {"p50", TextTable::Align::right},
-                   {"p90", TextTable::Align::right},
-                   {"p99", TextTable::Align::right},
-                   {"p99.9", TextTable::Align::right},
-                   {"max", TextTable::Align::right}});
+  using Column = Table::Column;
+  Table table{.columns = {Column("", "us", "<"), Column("", "p50", ".1f"), Column("", "p90", ".1f"),
+                          Column("", "p99", ".1f"), Column("", "p99.9", ".1f"), Column("", "max", ".1f")}};
   for (const Phase& phase : phases) {
     const Percentiles& p = timing.*phase.values;
-    std::vector<std::string> cells = {phase.name};
-    for (const double value : {p.p50, p.p90, p.p99, p.p999, p.max}) cells.push_back(fmt::format("{:.1f}", value));
-    table.add_row(cells);
+    table.add({phase.name, p.p50, p.p90, p.p99, p.p999, p.max});
   }
   return table.text(false);
 }

@@ -1,7 +1,7 @@
 #include "experiments/rig/udp_io.hpp"
 
 #include "core/config/reader.hpp"
-#include "experiments/campaign/files.hpp"
+#include "experiments/base/files.hpp"
 
 #include <cerrno>
 #include <cmath>

@@ -6,6 +6,8 @@
 
 namespace solenoid {
 
+struct Result;
+
 /// The Lotka-Volterra fishing problem relaxed and rounded on ever finer grids, against its published answers
 /// (mintoc.de). Costs are integrals by the trapezium rule on `model_steps` model steps, the same for every grid.
 inline constexpr int fishing_model_steps = 1536;
@@ -44,10 +46,7 @@ struct FishingStudy {
 FishingStudy study_fishing(const std::vector<int>& intervals, const std::function<void(const std::string&)>& progress,
                            const std::function<bool()>& stop);
 
-std::string fishing_text(const FishingStudy& study);
-std::string fishing_json(const FishingStudy& study);
-std::string fishing_csv(const FishingStudy& study);
-/// Costs against the grid, as an SVG file.
-void draw_fishing(const FishingStudy& study, const std::string& path);
+/// A row a grid; drawn are costs and gaps against the length of an interval.
+Result result_of(const FishingStudy& study);
 
 }  // namespace solenoid

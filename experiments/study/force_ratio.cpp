@@ -2,16 +2,15 @@
 
 #include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/interrupt.hpp"
+#include "experiments/base/machine.hpp"
+#include "experiments/base/processes.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
-#include "experiments/campaign/library.hpp"
-#include "experiments/campaign/machine.hpp"
-#include "experiments/campaign/processes.hpp"
-#include "experiments/embedded.hpp"
+#include "experiments/campaign/simulate.hpp"
 #include "experiments/report/ranking.hpp"
-#include "experiments/sim/simulate.hpp"
-#include "experiments/size/size_task.hpp"
+#include "experiments/sizing/size_task.hpp"
+#include "experiments/study/force_ratio_plants.hpp"
 #include "experiments/tune/tune.hpp"
 
 #include <algorithm>
@@ -21,91 +20,11 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <toml++/toml.h>
 
 namespace solenoid {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// What is left of the cylinder in the model of a motor alone, whose valves stay closed: of the thesis's piston area.
-constexpr double vestige = 2e-3;
-
-std::string embedded(const char* name) { return std::string(embedded_text(name)); }
-
-/// The actuator's keys that a ratio changes. Valves are as large as the piston, so that chambers fill as fast at every
-/// ratio, and the rod keeps its part of the bore.
-toml::table scaled_actuator(const RatioDesign& design) {
-  toml::table actuator = *toml::parse(embedded("scenarios/twin.toml"))["actuator"].as_table();
-  const ActuatorParameters rig;
-  const double bore = design.has_cylinder() ? design.bore_m : std::sqrt(vestige) * rig.bore_diameter_m;
-  const double scale = bore / rig.bore_diameter_m, area = scale * scale;
-  const auto scaled = [&](const char* key, double rigs) {
-    actuator.insert_or_assign(key, area * actuator[key].value_or(rigs));
-  };
-  actuator.insert_or_assign("bore_diameter_m", bore);
-  actuator.insert_or_assign("rod_diameter_m", scale * rig.rod_diameter_m);
-  scaled("fill_coefficient", rig.fill_coefficient);
-  scaled("discharge_coefficient", rig.discharge_coefficient);
-  scaled("choked_flow", rig.choked_flow);
-  const double pinion = design.has_motor() ? design.pinion_m : rig.pinion_pitch_diameter_m;
-  actuator.insert_or_assign("pinion_pitch_diameter_m", pinion);
-  actuator.insert_or_assign("amplifier_gain",
-                            design.motor_n * pinion / 2 / (rig.motor_torque_constant * rig.amplifier_limit_v));
-  return actuator;
-}
-
-std::string twin_of(const RatioDesign& design) {
-  toml::table twin = toml::parse(embedded("scenarios/twin.toml"));
-  twin.insert_or_assign("actuator", scaled_actuator(design));
-  if (design.has_motor())
-    twin["gear"].as_table()->insert_or_assign("rotor_inertia", design.motor_inertia);
-  else
-    twin["gear"].as_table()->insert_or_assign("law", "rigid");
-  return toml_text(twin) + "\n";
-}
-
-/// What the controller believes: the nominal twin's parameters, the rotor's inertia in the mass, as identifying gives.
-toml::table believed_of(const RatioDesign& design) {
-  toml::table model = scaled_actuator(design);
-  const double radius = design.pinion_m / 2;
-  const double rotor = design.has_motor() ? design.motor_inertia / (radius * radius) : 0.0;
-  model.insert_or_assign("inferred_equivalent_mass_kg", model["inferred_equivalent_mass_kg"].value_or(0.0) + rotor);
-  return model;
-}
-
-/// Half the way in a second or so.
-toml::table quick_trajectory(const std::string& kind) {
-  if (kind == "cycloidal") return toml::table{{"kind", kind}, {"to_m", 0.06}, {"move_s", 0.6}, {"dwell_s", 0.2}};
-  return toml::table{{"kind", kind}, {"to_m", 0.06}, {"frequency_hz", 1.0}, {"periods", 1}, {"lead_s", 0.4}};
-}
-
-/// A campaign of the shipped plants whose names begin with one of `groups`.
-std::string campaign_text(const RatioSettings& settings, const std::string& variant, const toml::table& controller,
-                          const std::vector<std::string>& groups, int members) {
-  const toml::table shipped = toml::parse(embedded("study/force_ratio_plants.toml"));
-  toml::table campaign{{"variants", toml::array{variant}}, {"seeds", toml::array{1}}};
-  campaign.insert("variant", toml::table{{variant, controller}});
-  toml::array scenarios;
-  for (const toml::node& node : *shipped["scenario"].as_array()) {
-    toml::table scenario = *node.as_table();
-    const std::string name = scenario["name"].value_or("");
-    if (std::ranges::none_of(groups, [&](const std::string& group) { return name.starts_with(group); })) continue;
-    scenario.insert_or_assign("twin", "twin.toml");
-    scenario["ensemble"].as_table()->insert_or_assign("members", members);
-    if (settings.quick)
-      scenario.insert_or_assign("trajectory", quick_trajectory(scenario["trajectory"]["kind"].value_or("sine")));
-    scenarios.push_back(scenario);
-  }
-  campaign.insert("scenario", scenarios);
-  return toml_text(campaign) + "\n";
-}
-
-toml::table controller_of(const std::string& law, const RatioDesign& design) {
-  toml::table controller = *toml::parse(embedded("study/force_ratio_plants.toml"))["variant"][law].as_table();
-  controller.insert_or_assign("model", believed_of(design));
-  return controller;
-}
 
 std::vector<std::string> laws_for(const RatioDesign& design) {
   if (!design.has_motor()) return {"cylinder"};
@@ -241,12 +160,11 @@ class Study {
   std::optional<Tuned> tune_law(const std::string& law, const RatioDesign& design) {
     Tuned tuned{law, fmt::format("{}/share-{:.3f}/{}", settings_.out, design.share, law), free_of(law), {}};
     create_folder(tuned.folder);
-    write_file_atomically(tuned.folder + "/twin.toml", twin_of(design));
-    const std::string campaign = tuned.folder + "/plants.toml";
-    write_file_atomically(campaign, campaign_text(settings_, law, controller_of(law, design), {"training", "held_out"},
-                                                  settings_.plants));
     TuneSettings t;
-    t.campaign = campaign;
+    t.document = std::make_shared<const Document>(
+        ratio_campaign(tuned.folder, "plants", law, controller_of(law, design), twin_of(design),
+                       {{"training", "held_out"}, settings_.plants, settings_.quick}));
+    t.campaign = t.document->name();
     t.variant = law;
     t.free = tuned.free;
     t.algorithm = "nelder_mead";  // so few evaluations must try every key
@@ -276,11 +194,12 @@ class Study {
     RatioResult result{design, best->law, {}, evaluations, {}};
     for (std::size_t i = 0; i < best->free.size(); ++i)
       result.tuned.emplace_back(best->free[i].key, best->result.steps[best->result.chosen].values[i]);
-    const toml::table tuned = toml::parse_file(best->folder + "/tuned.toml");
-    const std::string name = best->law + "_tuned", path = best->folder + "/judging.toml";
-    write_file_atomically(
-        path, campaign_text(settings_, name, *tuned["variant"][name].as_table(), {"judging"}, settings_.judged));
-    const auto measured = judge(read_campaign(path), best->folder + "/judged.json", settings_.jobs);
+    const std::string name = best->law + "_tuned";
+    const Document& tuned = *best->result.tuned;
+    const Document controller = tuned.part("variant." + name, *tuned.root()["variant"][name].as_table());
+    const Document judging = ratio_campaign(best->folder, "judging", name, controller, twin_of(design),
+                                            {{"judging"}, settings_.judged, settings_.quick});
+    const auto measured = judge(read_campaign(judging), best->folder + "/judged.json", settings_.jobs);
     if (!measured) return std::nullopt;
     result.measured = *measured;
     progress_(fmt::format("share {:.3g}, {}: judged, RMSE {:.3g} mm", design.share, best->law, measured->rmse_mm));

@@ -10,6 +10,8 @@
 
 namespace solenoid {
 
+struct Result;
+
 struct RatioSettings {
   std::vector<double> shares = {0.0, 0.025, 0.05, 0.104, 0.2, 0.4, 0.7, 1.0};  ///< the motor's, of the capability
   int evaluations = 12;                                                        ///< of each ratio's tuning
@@ -55,10 +57,7 @@ struct RatioVerdict {
 };
 std::vector<RatioVerdict> verdicts_of(const RatioStudy& study);
 
-std::string force_ratio_text(const RatioStudy& study, bool colour);
-std::string force_ratio_json(const RatioStudy& study);
-std::string force_ratio_csv(const RatioStudy& study);
-/// Error against price, mass and energy with the fronts, into an SVG file.
-void draw_force_ratio(const RatioStudy& study, const std::string& path);
+/// A row a ratio and a row a verdict; drawn is the error against price, mass and energy with the fronts.
+Result result_of(const RatioStudy& study);
 
 }  // namespace solenoid

@@ -2,7 +2,7 @@
 
 #include "core/actuator/parameters.hpp"
 #include "core/config/reader.hpp"
-#include "experiments/embedded.hpp"
+#include "experiments/base/embedded.hpp"
 
 #include <algorithm>
 #include <array>
@@ -142,7 +142,7 @@ RatioAssumptions RatioAssumptions::with(const RatioChange& change) const {
 
 const RatioAssumptions& shipped_ratio_assumptions() {
   static const RatioAssumptions shipped = [] {
-    const char* name = "study/force_ratio.toml";
+    const char* name = "tasks/force_ratio.toml";
     TableReader table = TableReader::from_text(std::string(embedded_text(name)), name);
     return read(table, {}, true);
   }();

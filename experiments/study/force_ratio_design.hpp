@@ -1,6 +1,6 @@
 #pragma once
 
-#include "experiments/size/sizing.hpp"
+#include "experiments/sizing/sizing.hpp"
 
 #include <span>
 #include <string>
@@ -14,7 +14,7 @@ struct RatioChange {
   double factor = 1.0;
 };
 
-/// What the study takes for granted: keys, units and sources in study/force_ratio.toml.
+/// What the study takes for granted: keys, units and sources in tasks/force_ratio.toml.
 struct RatioAssumptions {
   double reserve = 1.0, safety_factor = 1.0;
   std::vector<double> modules_m;

@@ -1,5 +1,4 @@
-#include "experiments/report/gnuplot.hpp"
-#include "experiments/report/text_table.hpp"
+#include "experiments/base/result.hpp"
 #include "experiments/study/force_ratio.hpp"
 
 #include <algorithm>
@@ -8,12 +7,11 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 namespace solenoid {
 namespace {
 
-using Align = TextTable::Align;
+using Column = Table::Column;
 
 std::vector<RatioMeasured> measured_of(const RatioStudy& study) {
   std::vector<RatioMeasured> measured;
@@ -31,64 +29,62 @@ std::string ratio_text(const RatioDesign& d) {
   return ratio >= 1 ? fmt::format("{:.3g}:1", ratio) : fmt::format("1:{:.3g}", 1 / ratio);
 }
 
-std::string designs_text(const RatioStudy& study) {
-  TextTable table({{"motor's share"},
-                   {"ratio"},
-                   {"bore mm"},
-                   {"cylinder N"},
-                   {"motor N"},
-                   {"motor N m"},
-                   {"pinion mm"},
-                   {"tooth safety"},
-                   {"mass kg"},
-                   {"price"}});
+Table designs(const RatioStudy& study) {
+  Table table{.name = "ratios",
+              .title = "Cylinder and motor at equal capability, their largest forces' sum:",
+              .columns = {Column("share", "motor's share", ".3g"), Column("", "ratio"),
+                          Column("bore_mm", "bore mm", ".2f"), Column("cylinder_n", "cylinder N", ".1f"),
+                          Column("motor_n", "motor N", ".1f"), Column("motor_torque_nm", "motor N m", ".3g"),
+                          Column("pinion_mm", "pinion mm", ".3g"), Column("", "tooth safety", ".3g"),
+                          Column("mass_kg", "mass kg", ".2f"), Column("price", "price", ".0f")}};
   for (const RatioResult& r : study.ratios) {
     const RatioDesign& d = r.design;
-    const auto of_motor = [&](double value) { return d.has_motor() ? fmt::format("{:.3g}", value) : "-"; };
-    table.add_row(std::vector<std::string>{
-        share_text(d.share), ratio_text(d), d.has_cylinder() ? fmt::format("{:.2f}", 1e3 * d.bore_m) : "-",
-        fmt::format("{:.1f}", d.cylinder_n), fmt::format("{:.1f}", d.motor_n), of_motor(d.motor_torque_nm),
-        of_motor(1e3 * d.pinion_m), of_motor(d.pinion_safety), fmt::format("{:.2f}", d.mass_kg),
-        fmt::format("{:.0f}", d.price)});
+    table.add({d.share, ratio_text(d), 1e3 * d.bore_m, d.cylinder_n, d.motor_n, d.motor_torque_nm, 1e3 * d.pinion_m,
+               d.has_motor() ? Json(d.pinion_safety) : Json(), d.mass_kg, d.price});
   }
-  return table.text(false);
+  return table;
 }
 
-std::string measured_text(const RatioStudy& study, bool colour) {
+Table measures(const RatioStudy& study) {
+  Table table{
+      .name = "ratios",
+      .title = "Each tuned and judged on plants it has not seen; means of a run, energies of its air and motor:",
+      .columns = {Column("", "motor's share", ".3g"), Column("law", "law", "<"),
+                  Column("tuned", "", "", Table::Data::json), Column("evaluations"),
+                  Column("rmse_mm", "RMSE mm", ".4f"), Column("rmse_margin"), Column("", "+- %", ".0f%"),
+                  Column("worst_rmse_mm", "worst mm", ".3f"), Column("switches_per_s", "switches/s", ".1f"),
+                  Column("air_g", "air g", ".3f"), Column("motor_rms_n"), Column("electric_j", "electric J", ".2f"),
+                  Column("air_j", "air J", ".2f"), Column("energy_j", "energy J", ".2f"), Column("front", "front", "<"),
+                  Column("score", "score", ".2f"), Column("runs", "runs"), Column("bad", "bad")}};
   const std::vector<RatioCriteria> criteria = criteria_of(study, study.assumptions);
   const std::vector<bool> front = efficient(criteria);
   const int best = recommended(criteria, measured_of(study));
-  TextTable table({{"motor's share"},
-                   {"law", Align::left},
-                   {"RMSE mm"},
-                   {"95 %"},
-                   {"worst mm"},
-                   {"switches/s"},
-                   {"air g"},
-                   {"electric J"},
-                   {"air J"},
-                   {"energy J"},
-                   {"front", Align::left},
-                   {"score"},
-                   {"bad"}});
   for (std::size_t i = 0; i < study.ratios.size(); ++i) {
-    const RatioMeasured& m = study.ratios[i].measured;
+    const RatioResult& r = study.ratios[i];
+    const RatioMeasured& m = r.measured;
     const RatioCriteria& c = criteria[i];
-    table.add_row(std::vector<TextTable::Cell>{{share_text(study.ratios[i].design.share)},
-                                               {study.ratios[i].law},
-                                               {fmt::format("{:.4f}", m.rmse_mm)},
-                                               {fmt::format("{:.0f} %", 100 * (m.rmse_margin - 1))},
-                                               {fmt::format("{:.3f}", m.worst_rmse_mm)},
-                                               {fmt::format("{:.1f}", m.switches_per_s)},
-                                               {fmt::format("{:.3f}", m.air_g)},
-                                               {fmt::format("{:.2f}", c.electric_j)},
-                                               {fmt::format("{:.2f}", c.air_j)},
-                                               {fmt::format("{:.2f}", c.energy_j())},
-                                               {front[i] ? "yes" : ""},
-                                               {fmt::format("{:.2f}", c.score), static_cast<int>(i) == best},
-                                               {fmt::format("{} of {}", m.bad, m.runs)}});
+    Json tuned = Json::object();
+    for (const auto& [key, value] : r.tuned) tuned[key] = value;
+    table.add({r.design.share,
+               r.law,
+               tuned,
+               r.evaluations,
+               m.rmse_mm,
+               m.rmse_margin,
+               m.rmse_margin - 1,
+               m.worst_rmse_mm,
+               m.switches_per_s,
+               m.air_g,
+               m.motor_rms_n,
+               c.electric_j,
+               c.air_j,
+               c.energy_j(),
+               static_cast<bool>(front[i]),
+               {c.score, static_cast<int>(i) == best},
+               m.runs,
+               m.bad});
   }
-  return table.text(colour);
+  return table;
 }
 
 /// The share of the least score among those with cylinder and motor.
@@ -118,37 +114,40 @@ std::string not_told_apart(const RatioStudy& study) {
   return close.empty() ? "" : fmt::format("{}", fmt::join(close, ", "));
 }
 
-std::string verdict_text(const RatioStudy& study) {
+/// What is recommended, and under each change of the assumptions.
+Table verdicts_table(const RatioStudy& study) {
+  Table table{
+      .name = "verdicts",
+      .columns = {Column("change"), Column("", "assumption changed", "<"), Column("share", "recommended share", ".3g"),
+                  Column("lead", "lead", ".2f"), Column("hybrid_share", "best hybrid", ".3g")}};
   const std::vector<RatioVerdict> verdicts = verdicts_of(study);
-  if (verdicts.empty()) return "No ratio stands: in each a run ended badly.\n";
-  const auto hybrid = [](const RatioVerdict& v) { return v.hybrid_share ? share_text(*v.hybrid_share) : "-"; };
-  std::string text = fmt::format("Recommended: a motor's share of {}, its score {:.2f} ahead of the next.\n",
-                                 share_text(verdicts.front().share), verdicts.front().lead);
-  if (verdicts.front().hybrid_share)
-    text += fmt::format("Among those with cylinder and motor: {}.\n", hybrid(verdicts.front()));
-  if (const std::string close = not_told_apart(study); !close.empty())
-    text += "Not told apart from the recommended by the errors' 95 % intervals: " + close + ".\n";
-  text += "\n";
-  TextTable table({{"assumption changed", Align::left}, {"recommended share"}, {"lead"}, {"best hybrid"}});
-  int same = 0, same_hybrid = 0;
-  for (std::size_t i = 1; i < verdicts.size(); ++i) {
-    same += verdicts[i].share == verdicts.front().share;
-    same_hybrid += verdicts[i].hybrid_share == verdicts.front().hybrid_share;
-    table.add_row(std::vector<std::string>{verdicts[i].change, share_text(verdicts[i].share),
-                                           fmt::format("{:.2f}", verdicts[i].lead), hybrid(verdicts[i])});
+  if (verdicts.empty()) {
+    table.title = "No ratio stands: in each a run ended badly.";
+    return table;
   }
-  return text + table.text(false) +
-         fmt::format("\nThe recommendation stays in {0} of {2} changes, the best hybrid in {1} of {2}.\n", same,
-                     same_hybrid, verdicts.size() - 1);
+  const RatioVerdict& now = verdicts.front();
+  table.title = fmt::format("Recommended: a motor's share of {}, its score {:.2f} ahead of the next.",
+                            share_text(now.share), now.lead);
+  if (now.hybrid_share)
+    table.title += fmt::format("\nAmong those with cylinder and motor: {}.", share_text(*now.hybrid_share));
+  if (const std::string close = not_told_apart(study); !close.empty())
+    table.title += "\nNot told apart from the recommended by the errors' 95 % intervals: " + close + ".";
+  for (const RatioVerdict& v : verdicts)
+    table.add({v.change, v.change.empty() ? "none" : v.change, v.share, v.lead, v.hybrid_share});
+  const auto same = std::ranges::count(verdicts, now.share, &RatioVerdict::share) - 1,
+             same_hybrid = std::ranges::count(verdicts, now.hybrid_share, &RatioVerdict::hybrid_share) - 1;
+  table.notes = {fmt::format("The recommendation stays in {0} of {2} changes, the best hybrid in {1} of {2}.", same,
+                             same_hybrid, verdicts.size() - 1)};
+  return table;
 }
 
 struct Panel {
-  const char *file, *label;
+  const char* label;
   double (*cost)(const RatioCriteria&);
 };
-constexpr Panel panels[] = {{"price", "price of the drive", [](const RatioCriteria& c) { return c.price; }},
-                            {"mass", "mass of the drive, kg", [](const RatioCriteria& c) { return c.mass_kg; }},
-                            {"energy", "energy of a run, J", [](const RatioCriteria& c) { return c.energy_j(); }}};
+constexpr Panel panels[] = {{"price of the drive", [](const RatioCriteria& c) { return c.price; }},
+                            {"mass of the drive, kg", [](const RatioCriteria& c) { return c.mass_kg; }},
+                            {"energy of a run, J", [](const RatioCriteria& c) { return c.energy_j(); }}};
 
 /// Lines `cost rmse low high "share"`; below, apart, the front as a staircase, and the recommended points: of all, of
 /// the hybrids.
@@ -177,6 +176,36 @@ std::string panel_data(const RatioStudy& study, const Panel& panel) {
     if (share == verdicts.front().hybrid_share) marks += mark;
   }
   return points + "\n\n" + front + "\n\n" + marks;
+}
+
+/// Error against price, mass and energy with the fronts.
+Plot plot_of(const RatioStudy& study) {
+  double low = std::numeric_limits<double>::infinity(), high = 0.0;
+  for (const RatioResult& r : study.ratios) {
+    low = std::min(low, r.measured.rmse_mm / r.measured.rmse_margin);
+    high = std::max(high, r.measured.rmse_mm * r.measured.rmse_margin);
+  }
+  Plot plot{.width = 1280,
+            .height = 440,
+            .title =
+                "error against price, mass and energy; labels: the motor's share; circle: recommended, triangle: "
+                "the best hybrid",
+            .layout = "1,3",
+            .settings =
+                "set logscale y\nset offsets graph 0.06, graph 0.14, 0, 0\nset xtics autofreq\n"
+                "set ytics (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)\nset ylabel 'RMSE, mm'\n"
+                "unset key\n"};
+  if (low < high) plot.settings += fmt::format("set yrange [{}:{}]\n", low / 1.3, high * 1.3);
+  for (const Panel& panel : panels)
+    plot.panels.push_back({fmt::format("set xlabel '{}'\n", panel.label),
+                           panel_data(study, panel),
+                           {{"index 1 using 1:2 with fsteps lw 1 dt (4,3) lc rgb '#7f7f7f'"},
+                            {"index 0 using 1:2:3:4 with yerrorbars pt 7 ps 0.8 lc rgb '#1f77b4'"},
+                            {"index 2 every ::0::0 using 1:2 with points pt 6 ps 1.9 lw 2 lc rgb '#d62728'"},
+                            {"index 2 every ::1::1 using 1:2 with points pt 8 ps 2.2 lw 2 lc rgb '#2ca02c'"},
+                            {"index 0 every 2::0 using 1:2:5 with labels left offset 0.8,0.5"},
+                            {"index 0 every 2::1 using 1:2:5 with labels left offset 0.8,-0.5"}}});
+  return plot;
 }
 
 }  // namespace
@@ -209,113 +238,11 @@ std::vector<RatioVerdict> verdicts_of(const RatioStudy& study) {
   return verdicts;
 }
 
-std::string force_ratio_text(const RatioStudy& study, bool colour) {
-  if (study.ratios.empty()) return "No ratio is done.\n";
-  return "Cylinder and motor at equal capability, their largest forces' sum:\n\n" + designs_text(study) +
-         "\nEach tuned and judged on plants it has not seen; means of a run, energies of its air and its motor:\n\n" +
-         measured_text(study, colour) + "\n" + verdict_text(study) + "Results: " + study.folder + "\n";
-}
-
-std::string force_ratio_csv(const RatioStudy& study) {
-  const std::vector<RatioCriteria> criteria = criteria_of(study, study.assumptions);
-  const std::vector<bool> front = efficient(criteria);
-  std::string text =
-      "share,bore_mm,cylinder_n,motor_n,motor_torque_nm,pinion_mm,mass_kg,price,law,evaluations,rmse_mm,rmse_margin,"
-      "worst_rmse_mm,switches_per_s,air_g,motor_rms_n,electric_j,air_j,energy_j,front,score,runs,bad\n";
-  for (std::size_t i = 0; i < study.ratios.size(); ++i) {
-    const RatioResult& r = study.ratios[i];
-    const RatioMeasured& m = r.measured;
-    const RatioCriteria& c = criteria[i];
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},", r.design.share, 1e3 * r.design.bore_m, r.design.cylinder_n,
-                        r.design.motor_n, r.design.motor_torque_nm, 1e3 * r.design.pinion_m, r.design.mass_kg,
-                        r.design.price, r.law, r.evaluations);
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{}\n", m.rmse_mm, m.rmse_margin, m.worst_rmse_mm,
-                        m.switches_per_s, m.air_g, m.motor_rms_n, c.electric_j, c.air_j, c.energy_j(), front[i] ? 1 : 0,
-                        c.score, m.runs, m.bad);
-  }
-  return text;
-}
-
-std::string force_ratio_json(const RatioStudy& study) {
-  const std::vector<RatioCriteria> criteria = criteria_of(study, study.assumptions);
-  const std::vector<bool> front = efficient(criteria);
-  nlohmann::ordered_json json = {{"ratios", nlohmann::ordered_json::array()}};
-  for (std::size_t i = 0; i < study.ratios.size(); ++i) {
-    const RatioResult& r = study.ratios[i];
-    const RatioMeasured& m = r.measured;
-    const RatioCriteria& c = criteria[i];
-    nlohmann::ordered_json tuned = nlohmann::ordered_json::object();
-    for (const auto& [key, value] : r.tuned) tuned[key] = value;
-    json["ratios"].push_back({{"share", r.design.share},
-                              {"bore_mm", 1e3 * r.design.bore_m},
-                              {"cylinder_n", r.design.cylinder_n},
-                              {"motor_n", r.design.motor_n},
-                              {"motor_torque_nm", r.design.motor_torque_nm},
-                              {"pinion_mm", 1e3 * r.design.pinion_m},
-                              {"mass_kg", r.design.mass_kg},
-                              {"price", r.design.price},
-                              {"law", r.law},
-                              {"tuned", tuned},
-                              {"evaluations", r.evaluations},
-                              {"rmse_mm", m.rmse_mm},
-                              {"rmse_margin", m.rmse_margin},
-                              {"worst_rmse_mm", m.worst_rmse_mm},
-                              {"switches_per_s", m.switches_per_s},
-                              {"air_g", m.air_g},
-                              {"motor_rms_n", m.motor_rms_n},
-                              {"electric_j", c.electric_j},
-                              {"air_j", c.air_j},
-                              {"energy_j", c.energy_j()},
-                              {"front", static_cast<bool>(front[i])},
-                              {"score", c.score},
-                              {"runs", m.runs},
-                              {"bad", m.bad}});
-  }
-  json["verdicts"] = nlohmann::ordered_json::array();
-  for (const RatioVerdict& v : verdicts_of(study))
-    json["verdicts"].push_back({{"change", v.change},
-                                {"share", v.share},
-                                {"lead", v.lead},
-                                {"hybrid_share", v.hybrid_share ? nlohmann::ordered_json(*v.hybrid_share) : nullptr}});
-  json["folder"] = study.folder;
-  return json.dump(1) + "\n";
-}
-
-void draw_force_ratio(const RatioStudy& study, const std::string& path) {
-  std::map<std::string, std::string> files;
-  std::string script = R"(set terminal svg size 1280,440 font 'Helvetica,13' background '#ffffff' noenhanced
-set output 'figure'
-set encoding utf8
-set multiplot layout 1,3 title "error against price, mass and energy; labels: the motor's share; circle: recommended, triangle: the best hybrid"
-set logscale y
-set grid back lt 1 lw 0.7 lc rgb '#dddddd'
-set border 3 lc rgb '#606060'
-set tics nomirror out scale 0.5
-set offsets graph 0.06, graph 0.14, 0, 0
-set xtics autofreq
-set ytics (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)
-set ylabel 'RMSE, mm'
-unset key
-)";
-  double low = std::numeric_limits<double>::infinity(), high = 0.0;
-  for (const RatioResult& r : study.ratios) {
-    low = std::min(low, r.measured.rmse_mm / r.measured.rmse_margin);
-    high = std::max(high, r.measured.rmse_mm * r.measured.rmse_margin);
-  }
-  if (low < high) script += fmt::format("set yrange [{}:{}]\n", low / 1.3, high * 1.3);
-  for (const Panel& panel : panels) {
-    files[panel.file] = panel_data(study, panel);
-    script += fmt::format(
-        "set xlabel '{0}'\n"
-        "plot '{1}' index 1 using 1:2 with fsteps lw 1 dt (4,3) lc rgb '#7f7f7f', "
-        "'{1}' index 0 using 1:2:3:4 with yerrorbars pt 7 ps 0.8 lc rgb '#1f77b4', "
-        "'{1}' index 2 every ::0::0 using 1:2 with points pt 6 ps 1.9 lw 2 lc rgb '#d62728', "
-        "'{1}' index 2 every ::1::1 using 1:2 with points pt 8 ps 2.2 lw 2 lc rgb '#2ca02c', "
-        "'{1}' index 0 every 2::0 using 1:2:5 with labels left offset 0.8,0.5, "
-        "'{1}' index 0 every 2::1 using 1:2:5 with labels left offset 0.8,-0.5\n",
-        panel.label, panel.file);
-  }
-  draw_with_gnuplot(files, script + "unset multiplot\nset output\n", path);
+Result result_of(const RatioStudy& study) {
+  return {.facts = {{"folder", study.folder}},
+          .tables = {designs(study), measures(study), verdicts_table(study)},
+          .notes = {"Results: " + study.folder},
+          .plot = plot_of(study)};
 }
 
 }  // namespace solenoid

@@ -4,7 +4,6 @@
 #include "core/actuator/valves.hpp"
 #include "core/reference/trajectory.hpp"
 #include "solvers/search/branch_and_bound.hpp"
-#include "solvers/search/rollout_kernels.hpp"
 
 #include <string>
 #include <vector>

@@ -1,6 +1,6 @@
 #include "experiments/study/sweep.hpp"
 
-#include "experiments/thesis/printed_table.hpp"
+#include "experiments/base/printed_table.hpp"
 
 #include <algorithm>
 #include <cmath>

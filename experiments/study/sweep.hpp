@@ -2,7 +2,6 @@
 
 #include "experiments/campaign/run_campaign.hpp"
 #include "experiments/campaign/run_record.hpp"
-#include "experiments/report/figure.hpp"
 
 #include <optional>
 #include <span>
@@ -10,6 +9,8 @@
 #include <vector>
 
 namespace solenoid {
+
+struct Result;
 
 /// A figure of a group of runs, the unstable ones left out.
 struct StudyFigure {
@@ -62,7 +63,7 @@ struct StudyPanel {
   std::string table, x, y, log;  ///< log: "", "x", "y" or "xy"
 };
 
-/// A study as data: a campaign file with a table [study] (docs/studies.md).
+/// A study as data: a campaign file with a table [study] (docs/how-to/studies.md).
 struct Study {
   std::string name, title;
   Sweep sweep;
@@ -94,12 +95,8 @@ using StudyRows = std::vector<StudyPoint>;
 /// The rows of each table.
 std::vector<StudyRows> study_rows(const Study& study, std::span<const RunRecord> records);
 
-std::string study_text(const Study& study, std::span<const StudyRows> rows, bool colour);
-/// {"study", "title", "key", "tables": [{name, title, rows: [{variant, value, runs, bad, FIGURE..., to_best, knee}]}]}
-std::string study_json(const Study& study, std::span<const StudyRows> rows);
-/// table,variant,value,runs,bad,figure,number: a line a number.
-std::string study_csv(const Study& study, std::span<const StudyRows> rows);
-/// Draws the panels. Throws what draw_with_gnuplot does.
-void draw_study(const Study& study, std::span<const StudyRows> rows, const std::string& path, FigureFormat format);
+/// JSON: {"study", "title", "key", "tables": [{name, title, rows: [{variant, value, runs, bad, FIGURE..., to_best, knee}]}]}.
+/// CSV: table,variant,value,runs,bad,figure,number, a line a number. Drawn are the panels.
+Result result_of(const Study& study, std::span<const StudyRows> rows);
 
 }  // namespace solenoid

@@ -1,8 +1,8 @@
 #include "core/config/reader.hpp"
-#include "experiments/campaign/campaign_draft.hpp"
+#include "experiments/base/printed_table.hpp"
 #include "experiments/campaign/library.hpp"
+#include "experiments/campaign/variant_numbers.hpp"
 #include "experiments/study/sweep.hpp"
-#include "experiments/thesis/printed_table.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +20,7 @@ std::vector<std::string> figure_names() {
   return names;
 }
 
-Sweep read_sweep(TableReader table, const Campaign& campaign) {
+Sweep read_sweep(TableReader& table, const Campaign& campaign) {
   Sweep sweep;
   sweep.key = table.text("key");
   sweep.label = table.text_or("label", sweep.key);
@@ -103,12 +103,12 @@ StudyPanel read_panel(TableReader& table, const std::vector<StudyTable>& tables)
 }
 
 /// The campaign with a variant for each value in place of those swept.
-void cross(Study& study, const Campaign& base) {
-  const CampaignDraft draft(base);
-  toml::table document = draft.document();
-  toml::table& variants = *document["variant"].as_table();
+void cross(Study& study, const Campaign& base, const std::string& where) {
+  Document document = *base.resolved;
+  toml::table& variants = *document.root()["variant"].as_table();
   toml::array names;
-  const auto whole = [](double v) { return v == std::round(v); };
+  const auto is_whole = [](double v) { return v == std::round(v); };
+  const bool whole = std::ranges::all_of(study.sweep.values, is_whole);
   for (const VariantConfig& variant : base.variants) {
     if (!std::ranges::count(study.sweep.variants, variant.name)) {
       names.push_back(variant.name);
@@ -116,38 +116,39 @@ void cross(Study& study, const Campaign& base) {
       continue;
     }
     for (const double value : study.sweep.values) {
-      toml::table changed = *variants[variant.name].as_table();
-      set_number(changed, study.sweep.key, value, std::ranges::all_of(study.sweep.values, whole));
       const std::string name = fmt::format("{}-{}", variant.name, value);
-      variants.insert_or_assign(name, changed);
+      variants.insert_or_assign(name, *base.resolved->root()["variant"][variant.name].as_table());
+      document.comes_from("variant." + name, *base.resolved, "variant." + variant.name);
+      set_number(document, name, study.sweep.key, value, whole, where);
       names.push_back(name);
       study.members.push_back({variant.name, value});
     }
   }
-  document.insert_or_assign("variants", names);
-  document.insert_or_assign("name", "study-" + base.name);
-  study.campaign = draft.read(document);
+  document.root().insert_or_assign("variants", names);
+  document.root().insert_or_assign("name", "study-" + base.name);
+  study.campaign = read_campaign(std::move(document));
 }
 
 }  // namespace
 
 Study read_study(const std::string& path) {
-  const Campaign base = read_campaign(path);
   Library library;
   library.load(path);
-  TableReader& root = library.root().reader;
-  if (!root.has("study")) root.fail("study", "missing (allowed: a table [study], docs/studies.md)");
+  const Campaign base = read_campaign(library);
+  TableReader& root = library.root();
+  if (!root.has("study")) root.fail("study", "missing (allowed: a table [study], docs/how-to/studies.md)");
   TableReader reader = root.table("study");
   Study study;
   study.name = base.name;
   study.title = reader.text_or("title", base.name);
-  study.sweep = read_sweep(reader.table("sweep"), base);
+  TableReader sweep = reader.table("sweep");
+  study.sweep = read_sweep(sweep, base);
   for (TableReader& table : reader.tables("table")) study.tables.push_back(read_table(table, base, study.sweep));
   if (study.tables.empty()) reader.fail("table", "missing (allowed: at least one table headed [[study.table]])");
   for (TableReader& panel : reader.tables("panel")) study.panels.push_back(read_panel(panel, study.tables));
   reader.finish();
   try {
-    cross(study, base);
+    cross(study, base, sweep.where("values"));
   } catch (const ConfigError& error) {
     reader.fail("sweep", fmt::format("a value of '{}' is refused: {}", study.sweep.key, error.what()));
   }

@@ -1,4 +1,5 @@
-#include "experiments/report/text_table.hpp"
+#include "experiments/base/gnuplot.hpp"
+#include "experiments/base/result.hpp"
 #include "experiments/study/sweep.hpp"
 
 #include <algorithm>
@@ -6,86 +7,134 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 namespace solenoid {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Column = Table::Column;
 
-Json number(std::optional<double> value) { return value && std::isfinite(*value) ? Json(*value) : Json(nullptr); }
+std::string value_text(std::optional<double> value) { return value ? fmt::format("{}", *value) : "-"; }
 
-std::string value_heading(const Study& study, const StudyTable& table) {
-  return table.across_payloads ? "payload kg" : study.sweep.key;
-}
-
-TextTable::Cell text_of(std::optional<double> value) {
-  return {value && std::isfinite(*value) ? short_number(*value) : std::string("-")};
-}
-
-std::string table_text(const Study& study, const StudyTable& table, const StudyRows& rows, bool colour) {
-  std::vector<TextTable::Column> columns = {{"variant", TextTable::Align::left}, {value_heading(study, table)}};
-  for (const std::string& figure : table.figures) columns.push_back({figure});
-  if (table.knee) columns.push_back({"to best"});
-  columns.push_back({"bad runs"});
-  TextTable text(columns);
-  for (const StudyPoint& p : rows) {
-    std::vector<TextTable::Cell> cells = {{p.series}, {p.value ? fmt::format("{}", *p.value) : std::string("-")}};
-    for (const double figure : p.figures) cells.push_back(text_of(figure));
-    if (table.knee) cells.push_back({text_of(p.to_best).text, p.knee});
-    cells.push_back({fmt::format("{} of {}", p.bad, p.runs)});
-    text.add_row(std::move(cells));
+Table table_of(const Study& study, const StudyTable& table, const StudyRows& rows) {
+  Table shown{
+      .name = table.name,
+      .title = table.title,
+      .columns = {Column("variant", "variant", "<"), Column("value"),
+                  Column("", table.across_payloads ? "payload kg" : study.sweep.key), Column("runs"), Column("bad")}};
+  for (const std::string& figure : table.figures) shown.columns.push_back({figure, figure});
+  if (table.knee) {
+    shown.columns.push_back({"to_best", "to best"});
+    shown.columns.push_back({"knee"});
   }
-  return table.title + "\n\n" + text.text(colour);
+  shown.columns.push_back({"", "bad runs"});
+  for (const StudyPoint& p : rows) {
+    Table::Row cells = {p.series, p.value, value_text(p.value), p.runs, p.bad};
+    for (const double figure : p.figures) cells.push_back(figure);
+    if (table.knee) {
+      cells.push_back({p.to_best, p.knee});
+      cells.push_back(p.knee);
+    }
+    cells.push_back(fmt::format("{} of {}", p.bad, p.runs));
+    shown.add(std::move(cells));
+    if (table.knee && p.knee)
+      shown.notes.push_back(
+          fmt::format("Knee of {} against {}, {}: {} = {}, {:.3f} from the best in both{}.", table.knee->y,
+                      table.knee->x, p.series, study.sweep.key, *p.value, *p.to_best,
+                      table.knee->among.empty() ? "" : fmt::format(", among {}", fmt::join(table.knee->among, " "))));
+  }
+  return shown;
 }
 
-/// A line for each series' knee.
-std::string knees_text(const Study& study, const StudyTable& table, const StudyRows& rows) {
-  if (!table.knee) return "";
-  std::string text;
+std::string label_of(const Study& study, const StudyTable& table, const std::string& name) {
+  if (name == "value") return table.across_payloads ? "payload, kg" : study.sweep.label;
+  return std::ranges::find(study_figures(), name, [](const StudyFigure& f) { return std::string(f.name); })->label;
+}
+
+/// Where a point is on an axis; NaN if nowhere.
+double coordinate(const Study& study, const StudyTable& table, const StudyPoint& point, const std::string& name) {
+  if (name != "value") {
+    const auto at = std::ranges::find(table.figures, name) - table.figures.begin();
+    return point.figures[static_cast<std::size_t>(at)];
+  }
+  if (!point.value) return std::nan("");
+  if (table.across_payloads) return *point.value;
+  const auto at = std::ranges::find(study.sweep.values, *point.value);
+  if (at == study.sweep.values.end()) return *point.value;  // a printed table's own
+  return study.sweep.drawn[static_cast<std::size_t>(at - study.sweep.values.begin())];
+}
+
+/// A curve a series; rings around the knees, and each value's name beside its point where the axes are two figures.
+Plot::Panel panel_of(const Study& study, const StudyPanel& panel, const StudyTable& table, const StudyRows& rows) {
+  Plot::Panel drawn{
+      fmt::format("unset logscale\n{}set title {}\nset xlabel {}\nset ylabel {}\n",
+                  panel.log.empty() ? "" : "set logscale " + panel.log + "\n", gnuplot_quoted(table.title),
+                  gnuplot_quoted(label_of(study, table, panel.x)), gnuplot_quoted(label_of(study, table, panel.y))),
+      "",
+      {}};
+  int blocks = 0;
+  const auto add = [&](const std::string& lines, const std::string& how, const std::string& title = "") {
+    drawn.data += lines + "\n\n";
+    drawn.curves.push_back({fmt::format("index {} using {}", blocks++, how), title});
+  };
+  std::vector<std::string> series;
   for (const StudyPoint& p : rows)
-    if (p.knee)
-      text +=
-          fmt::format("Knee of {} against {}, {}: {} = {}, {:.3f} from the best in both{}.\n", table.knee->y,
-                      table.knee->x, p.series, study.sweep.key, *p.value, *p.to_best,
-                      table.knee->among.empty() ? "" : fmt::format(", among {}", fmt::join(table.knee->among, " ")));
-  return text;
+    if (!std::ranges::count(series, p.series)) series.push_back(p.series);
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    std::string lines, knees;
+    bool swept = false;
+    for (const StudyPoint& p : rows) {
+      const double x = coordinate(study, table, p, panel.x), y = coordinate(study, table, p, panel.y);
+      if (p.series != series[i] || !std::isfinite(x) || !std::isfinite(y)) continue;
+      swept = swept || p.value;
+      lines += fmt::format("{} {} \"{}\"\n", x, y, p.value ? value_text(p.value) : "");
+      if (p.knee) knees += fmt::format("{} {}\n", x, y);
+    }
+    if (lines.empty()) continue;
+    const std::string colour = plot_colour(i);
+    add(lines,
+        fmt::format("1:2 with {} lc rgb '{}'", swept ? "linespoints pt 7 ps 0.6 lw 1.6" : "points pt 9 ps 1.1", colour),
+        series[i]);
+    if (!knees.empty()) add(knees, fmt::format("1:2 with points pt 6 ps 2 lw 2 lc rgb '{}'", colour));
+    if (table.knee && panel.x != "value")
+      add(lines, fmt::format("1:2:3 with labels left offset 0.6,0.4 font ',9' tc rgb '{}'", colour));
+  }
+  return drawn;
+}
+
+Plot plot_of(const Study& study, std::span<const StudyRows> rows) {
+  Plot plot{.title = study.title, .settings = "set format '%g'\nset key below maxrows 3 samplen 1.5\n"};
+  for (const StudyPanel& panel : study.panels) {
+    const auto table = std::ranges::find(study.tables, panel.table, &StudyTable::name);
+    plot.panels.push_back(panel_of(study, panel, *table, rows[static_cast<std::size_t>(table - study.tables.begin())]));
+    if (plot.panels.back().curves.empty()) plot.panels.pop_back();
+  }
+  const int count = static_cast<int>(plot.panels.size()), columns = count <= 3 ? count : (count + 1) / 2,
+            lines = count <= 3 ? 1 : 2;
+  plot.width = std::max(640, 480 * columns);
+  plot.height = 440 * lines;
+  plot.layout = fmt::format("{},{}", lines, std::max(columns, 1));
+  return plot;
 }
 
 }  // namespace
 
-std::string study_text(const Study& study, std::span<const StudyRows> rows, bool colour) {
-  std::string text = study.title + "\n";
-  for (std::size_t t = 0; t < rows.size(); ++t)
-    text += "\n" + table_text(study, study.tables[t], rows[t], colour) + knees_text(study, study.tables[t], rows[t]);
-  return text;
-}
-
-std::string study_json(const Study& study, std::span<const StudyRows> rows) {
-  Json json = {{"study", study.name}, {"title", study.title}, {"key", study.sweep.key}, {"tables", Json::array()}};
+Result result_of(const Study& study, std::span<const StudyRows> rows) {
+  Result result{
+      .title = study.title,
+      .facts = {{"study", study.name}, {"title", study.title}, {"key", study.sweep.key}, {"tables", Json::array()}},
+      .flat = Table{.columns = {Column("table"), Column("variant"), Column("value"), Column("runs"), Column("bad"),
+                                Column("figure"), Column("number")}},
+      .plot = plot_of(study, rows)};
   for (std::size_t t = 0; t < rows.size(); ++t) {
-    const StudyTable& table = study.tables[t];
-    Json one = {{"name", table.name}, {"title", table.title}, {"rows", Json::array()}};
-    for (const StudyPoint& p : rows[t]) {
-      Json row = {{"variant", p.series}, {"value", number(p.value)}, {"runs", p.runs}, {"bad", p.bad}};
-      for (std::size_t i = 0; i < table.figures.size(); ++i) row[table.figures[i]] = number(p.figures[i]);
-      if (table.knee) row["to_best"] = number(p.to_best), row["knee"] = p.knee;
-      one["rows"].push_back(std::move(row));
-    }
-    json["tables"].push_back(std::move(one));
-  }
-  return json.dump(1) + "\n";
-}
-
-std::string study_csv(const Study& study, std::span<const StudyRows> rows) {
-  std::string text = "table,variant,value,runs,bad,figure,number\n";
-  for (std::size_t t = 0; t < rows.size(); ++t)
+    Table table = table_of(study, study.tables[t], rows[t]);
+    result.facts["tables"].push_back({{"name", table.name}, {"title", table.title}, {"rows", table.json()}});
     for (const StudyPoint& p : rows[t])
       for (std::size_t i = 0; i < p.figures.size(); ++i)
-        text += fmt::format("{},\"{}\",{},{},{},{},{}\n", study.tables[t].name, p.series,
-                            p.value ? fmt::format("{}", *p.value) : "", p.runs, p.bad, study.tables[t].figures[i],
-                            std::isfinite(p.figures[i]) ? fmt::format("{}", p.figures[i]) : "");
-  return text;
+        result.flat->add({table.name, p.series, p.value, p.runs, p.bad, study.tables[t].figures[i], p.figures[i]});
+    table.name.clear();  // it is among the facts already
+    result.tables.push_back(std::move(table));
+  }
+  return result;
 }
 
 }  // namespace solenoid

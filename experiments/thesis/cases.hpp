@@ -17,7 +17,7 @@ struct StandIn {
   double integral_gain = 0.005;                                    ///< K_ip of DMPC+I, for each 1 ms sample
   int step_seeds = 10, motion_seeds = 5;
 };
-/// "inferred" and "twin", and the same with "+integral_per_period": K_ip summed once a period of 5 ms (docs/twin.md).
+/// "inferred" and "twin", and the same with "+integral_per_period": K_ip summed once a period of 5 ms (model.md, E10).
 std::vector<StandIn> stand_ins();
 
 /// Tables 5-2 to 5-4: steps of 60 mm, cylinder alone.

@@ -44,7 +44,7 @@ ReproducedCase hardware_case(const StandIn& rig, const std::string& table, const
   c.name = name;
   c.variant.model = believed;
   c.variant.believed = named_parameters(believed);
-  c.variant.blocks.clear();
+  c.variant.horizon.blocks.clear();
   c.scenario.plant = rig.plant;
   c.scenario.twin = rig.twin;
   c.scenario.noise = true;
@@ -61,7 +61,7 @@ ReproducedCase step_case(const StandIn& rig, const std::string& table, const std
                          double integral_gain, double payload_kg) {
   ReproducedCase c = hardware_case(rig, table, name);
   c.variant.name = integral_gain > 0 ? "dmpc_i" : "dmpc";
-  c.variant.steps = steps;
+  c.variant.horizon.steps = steps;
   c.variant.integral.gain = integral_gain;
   c.scenario.name = c.scenario.trajectory_kind = "step";
   c.scenario.trajectory = Trajectory(rig.start_m).dwell(step_at_s).step_to(rig.start_m + step_height_m, hold_s);
@@ -104,7 +104,7 @@ ReproducedCase motion_case(const StandIn& rig, const PrintedTable& printed, std:
   ReproducedCase c = hardware_case(rig, "table-" + printed.text(row, "table"),
                                    fmt::format("{} {}, motor {}, {} kg", plane, kind, motor, payload_kg));
   c.variant.name = motor == "none" ? "dmpc_i" : "dmpc_i_" + motor;
-  c.variant.steps = 100;
+  c.variant.horizon.steps = 100;
   c.variant.integral.gain = rig.integral_gain;
   c.variant.motor = motor;
   c.scenario.name = c.scenario.trajectory_kind = kind;

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "experiments/sim/simulate.hpp"
-#include "experiments/thesis/printed_table.hpp"
+#include "experiments/base/printed_table.hpp"
+#include "experiments/campaign/simulate.hpp"
 
 #include <functional>
 #include <optional>
@@ -10,6 +10,8 @@
 #include <vector>
 
 namespace solenoid {
+
+struct Result;
 
 /// One figure of a run beside the thesis's.
 struct Comparison {
@@ -66,5 +68,14 @@ struct Agreement {
 };
 /// Tables and metrics in the thesis's order, each parameter set in order of appearance.
 std::vector<Agreement> agreements(std::span<const Cell> cells);
+
+/// For a person: a block a table and parameter set, thesis beside ours, then the agreements. JSON: {"cells": [{table,
+/// parameters, case, metric, thesis, ours, ...}], "agreement": [{tables, parameters, metric, mean_abs_ln, cells}]}.
+/// `thesis` is the printed number, with "thesis_bound": "<" where only a bound is printed. With several seeds `ours` is
+/// their mean, beside `ours_spread` (standard deviation) and `runs`. CSV: a line a cell.
+Result result_of(std::span<const Cell> cells);
+
+/// What a parameter set of named_parameters, or a stand-in for the rig, is in one sentence.
+std::string parameters_in_words(const std::string& name);
 
 }  // namespace solenoid

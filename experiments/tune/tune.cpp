@@ -1,11 +1,13 @@
 #include "experiments/tune/tune.hpp"
 
+#include "controllers/variant_keys.hpp"
+#include "core/config/document.hpp"
 #include "core/config/reader.hpp"
-#include "experiments/campaign/campaign_draft.hpp"
-#include "experiments/campaign/files.hpp"
-#include "experiments/campaign/interrupt.hpp"
-#include "experiments/campaign/library.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/interrupt.hpp"
+#include "experiments/campaign/results_folder.hpp"
 #include "experiments/campaign/run_campaign.hpp"
+#include "experiments/campaign/variant_numbers.hpp"
 #include "experiments/report/ranking.hpp"
 #include "experiments/tune/history.hpp"
 
@@ -20,7 +22,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlopt.h>
-#include <toml++/toml.h>
 
 namespace solenoid {
 namespace {
@@ -46,25 +47,6 @@ double effort_excess(const Score& s, const EffortLimits& limits) {
   return effort_weight * (excess(s.switches_per_s, limits.switches_per_s) + excess(s.air_g, limits.air_g));
 }
 
-/// What a variant has that does not say.
-std::optional<double> default_of(const std::string& key) {
-  const VariantConfig v;
-  const std::map<std::string, double> defaults = {{"horizon.steps", v.steps},
-                                                  {"cost.position", v.position_weight},
-                                                  {"cost.velocity", v.velocity_weight},
-                                                  {"cost.switching", v.switching_weight},
-                                                  {"cost.air", v.air_weight},
-                                                  {"cost.terminal_position", v.terminal_position_weight},
-                                                  {"cost.terminal_velocity", v.terminal_velocity_weight},
-                                                  {"cost.motor", v.motor_weight},
-                                                  {"integral.gain", v.integral.gain},
-                                                  {"integral.forgetting", v.integral.forgetting},
-                                                  {"motor_gains.proportional", v.motor_gains.proportional},
-                                                  {"motor_gains.derivative", v.motor_gains.derivative}};
-  const auto found = defaults.find(key);
-  return found == defaults.end() ? std::nullopt : std::optional(found->second);
-}
-
 /// Means over the runs that ended well.
 void judge_steps(std::span<const RunRecord> records, Score& s) {
   for (const RunRecord& r : records) {
@@ -79,72 +61,78 @@ double error_of(const Score& s, TuneAim aim) {
                               : std::hypot(s.overshoot_percent / overshoot_range_percent, s.sse_mm / sse_range_mm);
 }
 
-/// Campaigns of one variant with values of ours, made from text: what the reader refuses it refuses here.
+/// Campaigns of one variant with values of ours: what the reader refuses it refuses here.
 class Candidates {
  public:
-  explicit Candidates(const TuneSettings& settings)
-      : Candidates(settings, read_campaign(settings.campaign, {{settings.variant}, {}})) {}
-
-  /// Of the campaign before any value is set.
-  const std::string& identity() const { return identity_; }
-  Campaign training(const std::vector<double>& values) { return read(values, training_); }
-  Campaign held_out(const std::vector<double>& values) { return read(values, held_out_); }
-
-  /// What the variant has now, as near as the ranges allow; the middle of the range where nobody knows.
-  std::vector<double> start() const {
-    std::vector<double> values;
-    for (const FreeParameter& p : settings_.free) {
-      auto said = number_at(*draft_.document()["variant"][settings_.variant].as_table(), p.key);
-      if (!said) said = default_of(p.key);
-      values.push_back(p.at(said ? p.point(*said) : 0.5));
-    }
-    return values;
-  }
-
-  /// The variant and NAME_tuned on the held-out scenarios.
-  std::string tuned_campaign(const std::vector<double>& values) {
-    toml::table document = draft_.document();
-    toml::table tuned = variant_of(document);
-    set(tuned, values);
-    const std::string name = settings_.variant + "_tuned";
-    document["variants"].as_array()->push_back(name);
-    document["variant"].as_table()->insert(name, tuned);
-    toml::array scenarios;
-    for (const toml::node& scenario : *draft_.document()["scenario"].as_array())
-      if (scenario.as_table()->get("name")->value<std::string>()->starts_with(held_out_prefix))
-        scenarios.push_back(*scenario.as_table());
-    document.insert_or_assign("scenario", scenarios);
-    return toml_text(document) + "\n";
-  }
-
- private:
-  Candidates(const TuneSettings& settings, const Campaign& all) : settings_(settings), draft_(all) {
-    for (const ScenarioConfig& s : all.scenarios)
+  explicit Candidates(const TuneSettings& settings) : settings_(settings), base_(campaign_of(settings)) {
+    for (const ScenarioConfig& s : base_.scenarios)
       (s.name.starts_with(held_out_prefix) ? held_out_ : training_).push_back(s.name);
     if (training_.empty() || held_out_.empty())
       throw ConfigError(
           fmt::format("{}: {} scenarios to train on, {} held out (allowed: some of each; those whose names "
                       "begin with {} are held out)",
                       settings.campaign, training_.size(), held_out_.size(), held_out_prefix));
-    for (const CampaignRun& run : all.runs) identity_ += run.hash;
+    for (const CampaignRun& run : base_.runs) identity_ += run.hash;
     identity_ = fingerprint(identity_);
   }
 
-  toml::table& variant_of(toml::table& document) { return *document["variant"][settings_.variant].as_table(); }
+  /// Of the campaign before any value is set.
+  const std::string& identity() const { return identity_; }
+  const std::vector<InputFile>& inputs() const { return base_.inputs; }
+  Campaign training(const std::vector<double>& values) const { return read(values, training_); }
+  Campaign held_out(const std::vector<double>& values) const { return read(values, held_out_); }
 
-  void set(toml::table& variant, const std::vector<double>& values) const {
-    for (std::size_t i = 0; i < values.size(); ++i)
-      set_number(variant, settings_.free[i].key, values[i], settings_.free[i].scale == FreeParameter::Scale::whole);
+  /// What the variant has now, as near as the ranges allow; the middle of the range where nobody knows.
+  std::vector<double> start() const {
+    std::vector<double> values;
+    for (const FreeParameter& p : settings_.free) {
+      auto said = number_at(variant(), p.key);
+      if (!said) said = default_number(p.key);
+      values.push_back(p.at(said ? p.point(*said) : 0.5));
+    }
+    return values;
   }
 
-  Campaign read(const std::vector<double>& values, const std::vector<std::string>& scenarios) {
-    toml::table document = draft_.document();
-    set(variant_of(document), values);
-    return draft_.read(document, {{settings_.variant}, scenarios});
+  /// The variant and NAME_tuned on the held-out scenarios.
+  Document tuned_campaign(const std::vector<double>& values) const {
+    Document document = *base_.resolved;
+    toml::table& root = document.root();
+    const std::string name = settings_.variant + "_tuned";
+    root["variants"].as_array()->push_back(name);
+    root["variant"].as_table()->insert(name, variant());
+    set(document, name, values);
+    toml::array scenarios;
+    for (const toml::node& scenario : *base_.resolved->root()["scenario"].as_array())
+      if (scenario.as_table()->get("name")->value<std::string>()->starts_with(held_out_prefix))
+        scenarios.push_back(*scenario.as_table());
+    root.insert_or_assign("scenario", std::move(scenarios));
+    return document;
+  }
+
+ private:
+  static Campaign campaign_of(const TuneSettings& settings) {
+    const Selection selection{{settings.variant}, {}};
+    return settings.document ? read_campaign(*settings.document, selection)
+                             : read_campaign(settings.campaign, selection);
+  }
+
+  const toml::table& variant() const { return *base_.resolved->root()["variant"][settings_.variant].as_table(); }
+
+  void set(Document& document, const std::string& variant, const std::vector<double>& values) const {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const FreeParameter& p = settings_.free[i];
+      set_number(document, variant, p.key, values[i], p.scale == FreeParameter::Scale::whole, "--free " + p.key);
+    }
+  }
+
+  Campaign read(const std::vector<double>& values, const std::vector<std::string>& scenarios) const {
+    Document document = *base_.resolved;
+    set(document, settings_.variant, values);
+    return read_campaign(std::move(document), {{settings_.variant}, scenarios});
   }
 
   const TuneSettings& settings_;
-  CampaignDraft draft_;
+  const Campaign base_;
   std::vector<std::string> training_, held_out_;
   std::string identity_;
 };
@@ -272,9 +260,13 @@ class Tuner {
 
   TuneResult finish(const std::string& ended) {
     result_.ended = ended;
-    if (!result_.steps.empty())
-      write_file_atomically(settings_.out + "/tuned.toml",
-                            candidates_.tuned_campaign(result_.steps[result_.chosen].values));
+    if (!result_.steps.empty()) {
+      const auto tuned =
+          std::make_shared<const Document>(candidates_.tuned_campaign(result_.steps[result_.chosen].values));
+      write_inputs(candidates_.inputs(), settings_.out);
+      write_file_atomically(settings_.out + "/tuned.toml", toml_text(tuned->root()) + "\n");
+      result_.tuned = tuned;
+    }
     return std::move(result_);
   }
 

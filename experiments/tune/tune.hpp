@@ -4,12 +4,15 @@
 #include "experiments/tune/free_parameter.hpp"
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace solenoid {
+
+class Document;
 
 /// What of a run is made small: the error along a motion, or what chapter 5 chose N_p by in step tests.
 enum class TuneAim { rmse, step };
@@ -38,6 +41,7 @@ Score score_of(std::span<const RunRecord> records, const EffortLimits& limits, T
 /// A tuning run: which keys of a variant, how judged, how long.
 struct TuneSettings {
   std::string campaign = "tuning", variant;
+  std::shared_ptr<const Document> document;  ///< of the campaign, in place of the file's
   std::vector<FreeParameter> free;
   TuneAim aim = TuneAim::rmse;
   std::string algorithm = "subplex";            ///< of tune_algorithms()
@@ -63,13 +67,14 @@ struct TuneResult {
   EffortLimits limits;
   std::string ended;  ///< "evaluations" | "patience" | "converged" | "interrupted"
   std::string folder;
+  std::shared_ptr<const Document> tuned;  ///< what tuned.toml has; none without a step
   bool interrupted() const { return ended == "interrupted"; }
 };
 
 /// Scenarios whose names begin with "held_out" judge; the others train. Early stopping: what is chosen is the
 /// improvement with the least held-out objective, so later ones that only fit the training scenarios are not. The
 /// folder gets history.csv, which an interrupted run resumes from without repeating an evaluation, and tuned.toml, a
-/// campaign of the held-out scenarios with the variant and VARIANT_tuned. `progress` is called after each step. Throws
+/// campaign of the held-out scenarios with the variant and VARIANT_tuned, the files it names beside it. `progress` is called after each step. Throws
 /// ConfigError for an unknown variant, a key the variant cannot have, a campaign without either kind of scenario, or a
 /// folder with another tuning run in it.
 TuneResult tune(const TuneSettings& settings, const std::function<void(const TuneResult&)>& progress = {});

@@ -78,8 +78,6 @@ class BonminSolver final : public Solver<M> {
     return report;
   }
 
-  bool real_time() const override { return false; }
-
  private:
   class Cost final : public minlp::Function {
    public:

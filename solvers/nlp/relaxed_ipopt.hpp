@@ -24,7 +24,6 @@ class RelaxedIpopt final : public RelaxedSolver<M>, private nlp::Program {
 
   void prepare(const Problem<M>& problem, const RelaxedGrid& grid) override;
   Report solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept override;
-  bool real_time() const override { return false; }
 
  private:
   using Trans = Transcription<M, P, A>;

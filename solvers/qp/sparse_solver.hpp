@@ -7,8 +7,7 @@ namespace solenoid::qp {
 /// Interior point on AMD + LDL for one sparsity pattern.
 ///
 /// promise   setup allocates and throws on shapes that do not fit; solve does neither, and always leaves a status
-/// saying
-///           what `solution` (sized by SparseSolution(problem)) holds
+///           saying what `solution` (sized by SparseSolution(problem)) holds
 class SparseSolver {
  public:
   void setup(const SparseQp& problem, const Settings& settings = {});

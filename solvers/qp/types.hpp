@@ -49,8 +49,8 @@ struct Settings {
   double gap_relative = 1e-7;   ///< sum of complementarity products against |objective| ...
   double gap_absolute = 1e-12;  ///< ... plus this
   double certificate = 1e-7;    ///< accepted error of an infeasibility certificate of largest entry 1
-  double primal_shift = 1e-10;  ///< proximal weight on x: makes P + shift positive definite  [theory-qp, eq. 6]
-  double dual_shift = 1e-10;    ///< proximal weight on the multipliers (sparse back end)     [theory-qp, eq. 6]
+  double primal_shift = 1e-10;  ///< proximal weight on x: makes P + shift positive definite  [theory-qp.md, eq. 6]
+  double dual_shift = 1e-10;    ///< proximal weight on the multipliers (sparse back end)     [theory-qp.md, eq. 6]
   int refinement_steps = 3;     ///< at most, per linear solve, and only where a residual asks for it
   int active_set_steps = 2;     ///< per attempt to finish on a guessed active set; 0: interior point only
   Isa isa = Isa::best;

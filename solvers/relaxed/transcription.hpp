@@ -31,8 +31,7 @@ std::array<int, 2> transcription_sizes(const Problem<M>& problem) {
   return {hull.weights(), static_cast<int>(memory_rows(problem, hull).rows())};
 }
 
-/// Direct multiple shooting of the relaxed problem: one stage an interval, with             [theory-relaxed.md, sect.
-/// 3]
+/// Direct multiple shooting of the relaxed problem: one stage an interval, with       [theory-relaxed.md, section 3]
 ///
 ///     stage state   (x, a)   x: the model's state at the interval's begin    a = memory v of the interval before
 ///     stage input   (v, u)   v: weights of ModeHull    u: continuous input
@@ -51,9 +50,9 @@ class Transcription {
   using Input = Eigen::Matrix<double, U, 1>;
   using Memory = Eigen::Matrix<double, A, 1>;
 
-  void prepare(const Problem<M>& problem, const RelaxedGrid& grid_) {
-    check_grid(problem, grid_);
-    grid = grid_;
+  void prepare(const Problem<M>& problem, const RelaxedGrid& intervals) {
+    check_grid(problem, intervals);
+    grid = intervals;
     timing = SwitchTiming(problem.modes, problem.horizon.dt_s);
     hull = ModeHull(problem.modes);
     const Eigen::MatrixXd rows = memory_rows(problem, hull);

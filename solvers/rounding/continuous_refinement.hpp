@@ -20,8 +20,7 @@ struct ContinuousRefinementSettings {
 /// The continuous input of each block, best for the modes as they are: projected Gauss-Newton steps [Bertsekas 1982] on
 /// the residuals of cost.hpp over the box of problem.bounds, each accepted by the true cost.
 ///
-///     minimise over u[b] in [continuous_lower, continuous_upper]    evaluate(plan).cost          [theory-rounding.md,
-///     s. 5]
+///     minimise over u[b] in [continuous_lower, continuous_upper]  evaluate(plan).cost   [theory-rounding.md, sect. 5]
 ///
 /// The switch states are fixed by the modes, so only u moves the prediction. Derivatives are exact on the branch of the
 /// physics a state is on; a step that crosses a kink the wrong way is shortened or refused.

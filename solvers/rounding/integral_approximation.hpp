@@ -28,7 +28,7 @@ struct ApproximationReport {
 /// Combinatorial integral approximation by branch and bound (Sager, Jung, Kirches 2011): the allowed mode sequence
 /// whose accumulated times are nearest to those of the weights,
 ///
-///     minimise  integral_gap(weights, modes)    over modes[k], k < K, within SwitchLimits   [theory-rounding.md, s. 3]
+///     minimise  integral_gap(weights, modes)    over modes[k], k < K, within SwitchLimits  [theory-rounding.md, sect. 3]
 ///
 /// depth first in time, the child of least gap first; of sequences of one gap the first found stays. A node is
 /// discarded when its gap so far reaches the incumbent's, when more modes are owed that much time than there are

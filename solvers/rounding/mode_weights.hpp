@@ -16,8 +16,8 @@ struct ModeWeights {
   std::vector<double> weight;
 
   ModeWeights() = default;
-  ModeWeights(int modes_, std::vector<double> dt_)
-      : modes(modes_), dt(std::move(dt_)), weight(dt.size() * static_cast<std::size_t>(modes_)) {}
+  ModeWeights(int mode_count, std::vector<double> lengths)
+      : modes(mode_count), dt(std::move(lengths)), weight(dt.size() * static_cast<std::size_t>(modes)) {}
 
   std::size_t intervals() const { return dt.size(); }
   double& at(std::size_t k, std::size_t m) { return weight[k * static_cast<std::size_t>(modes) + m]; }

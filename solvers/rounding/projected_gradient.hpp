@@ -32,9 +32,9 @@ struct ProjectedGradientSettings {
 /// but the problem. Steps x + l (P(x - alpha g) - x), alpha by Barzilai and Borwein, l by a nonmonotone line search.
 ///
 /// The continuous inputs take part where they have finite bounds, and are left as they came elsewhere.
-/// status    optimal: stationary to the tolerance, among its neighbours    feasible: no step along the slope gains, at
-/// a
-///           kink of the physics    iteration_limit, deadline_reached: stopped
+/// status    optimal: stationary to the tolerance, among its neighbours
+///           feasible: no step along the slope gains, at a kink of the physics
+///           iteration_limit, deadline_reached: stopped
 ///           numerical_failure: the warm start has no finite cost
 /// promise   the best point met is left, never worse than the warm start; no allocation in solve
 template <HybridModel M>
@@ -65,8 +65,6 @@ class ProjectedGradient final : public RelaxedSolver<M> {
     report.time_us = std::chrono::duration<double, std::micro>(Deadline::Clock::now() - start).count();
     return report;
   }
-
-  bool real_time() const override { return false; }
 
  private:
   struct Point {

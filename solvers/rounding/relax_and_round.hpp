@@ -35,7 +35,9 @@ struct RoundingTrace {
 
 /// Relax, round, re-simulate, improve.
 ///
-///     1. weights a[b][m] and u[b] from the relaxed problem, an interval a block, started from the warm start
+///     1. weights a[b][m] and u[b] from the relaxed problem, started from the warm start; an interval a block,
+///     neighbours
+///        sharing one where a switch's delay is longer than a block
 ///     2. modes from the weights: sum-up rounding, or the integral approximation within the mode set's dwell times
 ///     3. the true cost by evaluate(), beside that of the warm start and of holding the mode in force
 ///     4. the best of them: mode swaps, then the continuous input for the modes found, while either gains
@@ -56,14 +58,14 @@ class RelaxAndRound final : public Solver<M> {
 
   void prepare(const Problem<M>& problem) override {
     timing_ = SwitchTiming(problem.modes, problem.horizon.dt_s);
-    grid_ = control_grid(problem.horizon, 0);
+    grid_ = control_grid(problem.horizon, 0, timing_.longest_delay);
     relaxed_->prepare(problem, grid_);
     relaxed_plan_ = RelaxedPlan<M>(problem, grid_);
     weights_ = ModeWeights(problem.modes.size(), {problem.horizon.blocks.begin(), problem.horizon.blocks.end()});
     owed_.assign(static_cast<std::size_t>(problem.modes.size()), 0.0);
     limits_ = mode_set_limits(problem.modes, timing_, problem.lines);
     limits_.max_changes = settings_.max_switches;
-    approximation_.prepare(grid_.size(), problem.modes.size(), problem.modes.switch_count());
+    approximation_.prepare(weights_.intervals(), problem.modes.size(), problem.modes.switch_count());
     swaps_.prepare(problem);
     if constexpr (refines) refinement_.prepare(problem);
     rounded_ = best_ = Plan<M>(problem);
@@ -88,7 +90,6 @@ class RelaxAndRound final : public Solver<M> {
     return report_;
   }
 
-  bool real_time() const override { return relaxed_->real_time(); }
   const RoundingTrace& trace() const { return trace_; }
   const RelaxedPlan<M>& relaxed_plan() const { return relaxed_plan_; }
 
@@ -138,9 +139,9 @@ class RelaxAndRound final : public Solver<M> {
   /// Modes into rounded_; false if the weights cannot be rounded or no sequence keeps to the limits.
   bool round(const Problem<M>& problem, Deadline deadline) noexcept {
     const auto start = Deadline::Clock::now();
-    std::copy(relaxed_plan_.weights.begin(), relaxed_plan_.weights.end(), weights_.weight.begin());
+    keep_relaxation(problem, grid_, relaxed_plan_, rounded_);
+    std::ranges::copy(rounded_.relaxation.weights, weights_.weight.begin());
     if (!usable(trace_.relaxation) || !normalise(weights_)) return false;
-    std::copy(relaxed_plan_.continuous.begin(), relaxed_plan_.continuous.end(), rounded_.continuous.begin());
     const SumUpReport sum_up = sum_up_rounding(weights_, rounded_.modes, owed_);
     trace_.rounding = sum_up.status;
     trace_.gap = sum_up.gap;

@@ -23,9 +23,9 @@ struct TreeSearchSettings {
 
 /// Exact search over mode sequences, depth first, a SIMD lane a candidate.
 ///
-/// minimise  problem.hpp over mode[b], b < blocks, with the plan's continuous inputs as given         [theory.md, eq.
-/// 1] bound     cost so far + the tracking cost that no state reachable from the node can avoid     [theory.md, section
-/// 3] ties      fewest switch changes, then the sequence of lowest mode numbers: the plan of Exhaustive to the last bit
+/// minimise  problem.hpp over mode[b], b < blocks, with the plan's continuous inputs as given        [theory.md, eq. 1]
+/// bound     cost so far + the tracking cost that no state reachable from the node can avoid         [theory.md, eq. 2]
+/// ties      fewest switch changes, then the sequence of lowest mode numbers: the plan of Exhaustive to the last bit
 /// promise   report.bound <= optimum <= report.cost at every status, and cost <= that of holding the current mode;
 ///           no allocation, lock or exception in solve
 ///

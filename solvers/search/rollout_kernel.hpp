@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/mpc/rollout.hpp"
+#include "solvers/search/compiled_kernels.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -49,8 +50,8 @@ struct LaneInputs {
 };
 
 /// What to roll: `length` steps from step `first` of the horizon. The roll may stop early once every lane's cost is
-/// above `cutoff`; its costs are then lower bounds above cutoff and its states are of no use. shapes   planned: the
-/// plan's continuous inputs, one a step of the horizon
+/// above `cutoff`; its costs are then lower bounds above cutoff and its states are of no use.
+/// shapes   planned: the plan's continuous inputs, one a step of the horizon
 template <HybridModel M>
 struct RollSpan {
   const ContinuousOf<M>* planned = nullptr;
@@ -71,10 +72,15 @@ struct RolloutKernel {
                   Boxes<M>&) noexcept;
 };
 
-/// The fastest kernel for this machine: specialised for the library's own models, the translation unit's own
-/// instruction set for others.
+/// The fastest kernel for this machine: for models with compiled_kernels the library's best, chosen at run time; for
+/// others one of the translation unit's own instruction set.
 template <HybridModel M>
 const RolloutKernel<M>& rollout_kernel();
+
+/// The library's best, which has its definition.
+template <HybridModel M>
+requires compiled_kernels<M>
+const RolloutKernel<M>& compiled_kernel();
 
 namespace kernel_detail {
 
@@ -258,8 +264,12 @@ RolloutKernel<M> make_rollout_kernel(const char* architecture) {
 
 template <HybridModel M>
 const RolloutKernel<M>& rollout_kernel() {
-  static const RolloutKernel<M> kernel = make_rollout_kernel<M, xsimd::default_arch>(xsimd::default_arch::name());
-  return kernel;
+  if constexpr (compiled_kernels<M>) {
+    return compiled_kernel<M>();
+  } else {
+    static const RolloutKernel<M> kernel = make_rollout_kernel<M, xsimd::default_arch>(xsimd::default_arch::name());
+    return kernel;
+  }
 }
 
 }  // namespace solenoid

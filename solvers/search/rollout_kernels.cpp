@@ -3,37 +3,27 @@
 #include "solvers/search/kernels/declare.hpp"
 
 namespace solenoid {
-namespace {
 
-template <class M, class Tag>
-std::vector<RolloutKernel<M>> runnable() {
-  std::vector<RolloutKernel<M>> all = {kernels::baseline(Tag{})};
-  if (__builtin_cpu_supports("avx2")) all.push_back(kernels::avx2(Tag{}));
+template <HybridModel M>
+requires compiled_kernels<M> std::vector<RolloutKernel<M>> runnable_kernels() {
+  const kernels::Of<M> model{};
+  std::vector<RolloutKernel<M>> all = {kernels::baseline(model)};
+  if (__builtin_cpu_supports("avx2")) all.push_back(kernels::avx2(model));
   if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
-    all.push_back(kernels::avx512(Tag{}));
+    all.push_back(kernels::avx512(model));
   return all;
 }
 
-}  // namespace
-
-template <>
-std::vector<RolloutKernel<PneumaticActuator>> runnable_kernels<PneumaticActuator>() {
-  return runnable<PneumaticActuator, kernels::PneumaticTag>();
-}
-template <>
-std::vector<RolloutKernel<PrestabilisedActuator>> runnable_kernels<PrestabilisedActuator>() {
-  return runnable<PrestabilisedActuator, kernels::PrestabilisedTag>();
-}
-
-template <>
-const RolloutKernel<PneumaticActuator>& rollout_kernel<PneumaticActuator>() {
-  static const auto kernel = runnable_kernels<PneumaticActuator>().back();
+template <HybridModel M>
+requires compiled_kernels<M>
+const RolloutKernel<M>& compiled_kernel() {
+  static const RolloutKernel<M> kernel = runnable_kernels<M>().back();
   return kernel;
 }
-template <>
-const RolloutKernel<PrestabilisedActuator>& rollout_kernel<PrestabilisedActuator>() {
-  static const auto kernel = runnable_kernels<PrestabilisedActuator>().back();
-  return kernel;
-}
+
+template std::vector<RolloutKernel<PneumaticActuator>> runnable_kernels<PneumaticActuator>();
+template std::vector<RolloutKernel<PrestabilisedActuator>> runnable_kernels<PrestabilisedActuator>();
+template const RolloutKernel<PneumaticActuator>& compiled_kernel<PneumaticActuator>();
+template const RolloutKernel<PrestabilisedActuator>& compiled_kernel<PrestabilisedActuator>();
 
 }  // namespace solenoid

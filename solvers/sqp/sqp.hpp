@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 #include <tuple>
+#include <utility>
 
 #include <unsupported/Eigen/AutoDiff>
 
@@ -22,20 +23,6 @@ struct SqpSettings {
   qp::Settings qp{.max_iterations = 60, .tolerance = 1e-7, .gap_relative = 1e-6};
 };
 
-/// A relaxed solver that can split its first iteration: prepare_step, before the state is measured, does all that does
-/// not depend on it; feedback_step does the rest.
-template <HybridModel M>
-class RealTimeSqp : public RelaxedSolver<M> {
- public:
-  /// Linearises along the simulation of `plan` from problem.initial, a forecast of the state to be measured.
-  virtual void prepare_step(const Problem<M>& problem, const RelaxedPlan<M>& plan) noexcept = 0;
-  /// One full Gauss-Newton step for the state `measured`; the report's status is feasible where the step was solved,
-  /// its cost what the quadratic model promises (relaxed_cost() simulates, which the input to be applied need not wait
-  /// for).
-  virtual Report feedback_step(const Problem<M>& problem, const StateOf<M>& measured, RelaxedPlan<M>& plan,
-                               Deadline deadline) noexcept = 0;
-};
-
 /// Sequential quadratic programming on the multiple-shooting transcription.             [theory-relaxed.md, sect. 4]
 ///
 /// hessian    Gauss-Newton of the tracking terms, exact of effort and switching, of consumption the diagonally dominant
@@ -44,11 +31,14 @@ class RealTimeSqp : public RelaxedSolver<M> {
 ///            back damped
 /// physics    derivatives and merit of the model's smooth step where it has one; every accepted point is judged by
 ///            the exact physics, and the best of them, warm start included, is the result
+/// real time  anticipate() linearises along the warm start from the state as it is forecast; the next solve of a problem
+///            that is otherwise the same takes that for its first iteration and puts the measured state in [5]. With
+///            max_iterations = 1 that is the real-time iteration.
 /// status     optimal: a first-order point of the smooth problem; feasible: no better point was found along the
 ///            steps (at a kink or a jump); infeasible: no inputs meet the linearised state bounds;
 ///            numerical_failure: the warm start's prediction is not finite; deadline_reached, iteration_limit
 template <HybridModel M, int P, int A>
-class Sqp final : public RealTimeSqp<M> {
+class Sqp final : public RelaxedSolver<M> {
  public:
   using Trans = Transcription<M, P, A>;
 
@@ -56,9 +46,8 @@ class Sqp final : public RealTimeSqp<M> {
 
   void prepare(const Problem<M>& problem, const RelaxedGrid& grid) override;
   Report solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept override;
-  void prepare_step(const Problem<M>& problem, const RelaxedPlan<M>& plan) noexcept override;
-  Report feedback_step(const Problem<M>& problem, const StateOf<M>& measured, RelaxedPlan<M>& plan,
-                       Deadline deadline) noexcept override;
+  bool anticipates() const override { return true; }
+  void anticipate(const Problem<M>& expected, const RelaxedPlan<M>& warm_start) noexcept override;
 
  private:
   static constexpr int NX = Trans::NX, NU = Trans::NU, X = Trans::X, U = Trans::U, V = Trans::V;
@@ -73,7 +62,15 @@ class Sqp final : public RealTimeSqp<M> {
     List<Input> w;         ///< stages
   };
   enum class Nodes : std::uint8_t { keep, simulate };
+  /// What a linearisation depends on beside the state and the plan.
+  struct Anticipated {
+    bool ready = false;
+    SwitchLines lines;
+    std::vector<OutputOf<M>> reference, setpoint;
+  };
 
+  bool take_anticipated(const Problem<M>& problem) noexcept;
+  void take_measured(const Problem<M>& problem, bool solved, RelaxedPlan<M>& plan) noexcept;
   void load(const Problem<M>& problem, const RelaxedPlan<M>& plan) noexcept;
   bool linearise(const Problem<M>& problem, Nodes nodes) noexcept;
   template <int lanes>
@@ -102,6 +99,7 @@ class Sqp final : public RealTimeSqp<M> {
   qp::OcpSolver<X, U> qp_solver_;
   Point at_, trial_;
   RelaxedPlan<M> candidate_;
+  Anticipated anticipated_;
   Input input_scale_ = Input::Ones();  // half the range of a bounded continuous input
   double cost_scale_ = 1.0, cost_ = 0.0, gaps_ = 0.0, penalty_ = 0.0, merit_ = 0.0, damping_ = 0.0;
   double best_cost_ = 0.0;
@@ -118,10 +116,10 @@ using AllSqpSizes =
 /// The Sqp of the size that the problem needs, out of those compiled; each costs a compiler half a minute, so ask for
 /// few. Throws std::invalid_argument, naming the mode set, where there is none.
 template <HybridModel M, class... Sizes>
-std::unique_ptr<RealTimeSqp<M>> make_sqp(const Problem<M>& problem, const SqpSettings& settings = {},
-                                         const std::tuple<Sizes...>& = AllSqpSizes()) {
+std::unique_ptr<RelaxedSolver<M>> make_sqp(const Problem<M>& problem, const SqpSettings& settings = {},
+                                           const std::tuple<Sizes...>& = AllSqpSizes()) {
   const auto [weights, memory] = transcription_sizes(problem);
-  std::unique_ptr<RealTimeSqp<M>> made;
+  std::unique_ptr<RelaxedSolver<M>> made;
   const auto offer = [&, w = weights, m = memory]<int P, int A>(SqpSize<P, A>) {
     if (w == P && m == A) made = std::make_unique<Sqp<M, P, A>>(settings);
   };

@@ -13,6 +13,7 @@ void Sqp<M, P, A>::prepare(const Problem<M>& problem, const RelaxedGrid& grid) {
     point->w.assign(t_.stages(), Input::Zero());
   }
   candidate_ = RelaxedPlan<M>(problem, grid);
+  anticipated_ = {false, problem.lines, problem.reference, problem.setpoint};
 }
 
 template <HybridModel M, int P, int A>
@@ -20,7 +21,8 @@ Report Sqp<M, P, A>::solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Dead
   const auto start = Deadline::Clock::now();
   Report report;
   best_cost_ = exact_cost(problem, plan);
-  load(problem, plan);
+  bool prepared = report.anticipated = take_anticipated(problem);
+  if (!prepared) load(problem, plan);
   Nodes nodes = Nodes::simulate;
   penalty_ = 0.0, damping_ = 0.0;
   report.status = std::isfinite(best_cost_) ? Status::iteration_limit : Status::numerical_failure;
@@ -29,19 +31,20 @@ Report Sqp<M, P, A>::solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Dead
       report.status = Status::deadline_reached;
       break;
     }
-    if (!linearise(problem, nodes)) break;
+    if (!prepared && !linearise(problem, nodes)) break;
     damp(damping_);
     ++report.nodes;
     const qp::Info info = qp_solver_.solve(qp_, step_, qp::Start::warm, deadline);
-    if (info.status == qp::Status::primal_infeasible) {
-      report.status = Status::infeasible;
-      break;
-    }
-    if (info.status == qp::Status::deadline_reached) {
-      report.status = Status::deadline_reached;
+    if (info.status == qp::Status::primal_infeasible || info.status == qp::Status::deadline_reached) {
+      report.status = info.status == qp::Status::deadline_reached ? Status::deadline_reached : Status::infeasible;
       break;
     }
     const bool solved = info.status == qp::Status::optimal || info.status == qp::Status::iteration_limit;
+    if (std::exchange(prepared, false)) {
+      take_measured(problem, solved, plan);
+      nodes = solved ? Nodes::keep : Nodes::simulate;
+      continue;
+    }
     if (solved) raise_penalty();
     const double promised = solved ? slope() : 0.0;
     if (solved && -promised <= settings_.tolerance * std::abs(merit_) && largest_defect() <= settings_.defect) {
@@ -66,36 +69,49 @@ Report Sqp<M, P, A>::solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Dead
 }
 
 template <HybridModel M, int P, int A>
-void Sqp<M, P, A>::prepare_step(const Problem<M>& problem, const RelaxedPlan<M>& plan) noexcept {
-  load(problem, plan);
-  penalty_ = 0.0;
-  linearise(problem, Nodes::simulate);
+void Sqp<M, P, A>::anticipate(const Problem<M>& expected, const RelaxedPlan<M>& warm_start) noexcept {
+  load(expected, warm_start);
+  penalty_ = damping_ = 0.0;
+  anticipated_.ready = linearise(expected, Nodes::simulate);
+  anticipated_.lines = expected.lines;
+  std::ranges::copy(expected.reference, anticipated_.reference.begin());
+  std::ranges::copy(expected.setpoint, anticipated_.setpoint.begin());
 }
 
+/// After the first QP of an anticipated problem: its whole step, which brings the measured state in and has no merit to
+/// be shortened by, since that belongs to the forecast one. Without a solution the solve starts as any other.
 template <HybridModel M, int P, int A>
-Report Sqp<M, P, A>::feedback_step(const Problem<M>& problem, const StateOf<M>& measured, RelaxedPlan<M>& plan,
-                                   Deadline deadline) noexcept {
-  const auto start = Deadline::Clock::now();
-  Report report;
+void Sqp<M, P, A>::take_measured(const Problem<M>& problem, bool solved, RelaxedPlan<M>& plan) noexcept {
+  if (!solved) return load(problem, plan);
+  move(1.0);
+  std::swap(at_.x, trial_.x);
+  std::swap(at_.w, trial_.w);
+  at_.x[0] = problem.initial;
+  judge(problem, plan);
+}
+
+/// Whether the linearisation at hand was made for this problem; the measured state is then put into it. References are
+/// the same but for the rounding of times and what an integral adds in a tick: `near` of what the horizon covers.
+template <HybridModel M, int P, int A>
+bool Sqp<M, P, A>::take_anticipated(const Problem<M>& problem) noexcept {
+  constexpr double near = 1e-3;
+  const auto same = [](const std::vector<OutputOf<M>>& was, const std::vector<OutputOf<M>>& is) {
+    for (std::size_t i = 0; i < M::output_size; ++i) {
+      double spread = 0.0, most = 0.0;
+      for (std::size_t j = 0; j < is.size(); ++j) {
+        spread = std::max(spread, std::abs(is[j][i] - is[0][i]));
+        most = std::max(most, std::abs(is[j][i] - was[j][i]));
+      }
+      if (most > near * spread + 1e-9) return false;
+    }
+    return true;
+  };
+  if (!std::exchange(anticipated_.ready, false) || !(anticipated_.lines == problem.lines) ||
+      !same(anticipated_.reference, problem.reference) || !same(anticipated_.setpoint, problem.setpoint))
+    return false;
   for (std::size_t i = 0; i < M::state_size; ++i)
-    qp_.x0[static_cast<int>(i)] = (measured[i] - at_.x[0][i]) / t_.scale[i];
-  const qp::Info info = qp_solver_.solve(qp_, step_, qp::Start::warm, deadline);
-  report.nodes = info.iterations;
-  report.status = info.status == qp::Status::optimal             ? Status::feasible
-                  : info.status == qp::Status::iteration_limit   ? Status::iteration_limit
-                  : info.status == qp::Status::deadline_reached  ? Status::deadline_reached
-                  : info.status == qp::Status::primal_infeasible ? Status::infeasible
-                                                                 : Status::numerical_failure;
-  if (report.status == Status::feasible) {
-    move(1.0);
-    for (std::size_t k = 0; k < t_.stages(); ++k) t_.to_plan(trial_.w[k], k, plan);
-    const auto& first = qp_.stages.front();  // whose share of the cost the QP leaves out, being given
-    report.cost = (cost_ + info.objective + qp_.x0.dot(0.5 * first.q_matrix * qp_.x0 + first.q)) / cost_scale_;
-  } else {
-    report.cost = relaxed_cost(problem, t_.grid, plan);
-  }
-  report.time_us = std::chrono::duration<double, std::micro>(Deadline::Clock::now() - start).count();
-  return report;
+    qp_.x0[static_cast<int>(i)] = (problem.initial[i] - at_.x[0][i]) / t_.scale[i];
+  return qp_.x0.allFinite();
 }
 
 /// The plan as the current point, and the cost's own size: the curvature of one interval's tracking.

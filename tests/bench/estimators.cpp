@@ -1,6 +1,6 @@
 // Time of one estimate on a recorded closed loop: median, p99 and maximum in microseconds, of the thread's own time
 // (free of what else the machine does) and on the wall.
-#include "controllers/estimators/estimator.hpp"
+#include "controllers/catalogue.hpp"
 #include "core/metrics/metrics.hpp"
 #include "tests/support/drawn_world.hpp"
 
@@ -35,7 +35,7 @@ int main() {
   std::printf("%-12s %27s %29s\n%-12s %9s %9s %9s %9s %9s %9s\n", "", "thread [us]", "wall [us]", "estimator", "median",
               "p99", "max", "median", "p99", "max");
   for (const char* name : {"thesis", "ekf", "payload_ekf", "mhe"}) {
-    Estimator estimator(name, PneumaticActuator(), estimator_tuning(name));
+    Estimator estimator = make_estimator(name, PneumaticActuator(), estimator_row(name).tuning);
     std::vector<double> wall, own;
     for (const Tick& tick : ticks) {
       const auto start = Clock::now();

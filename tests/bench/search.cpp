@@ -2,6 +2,7 @@
 // median, p99, p99.9 and worst over the instances of the best of several repetitions each.
 #include "core/metrics/metrics.hpp"
 #include "solvers/search/exhaustive.hpp"
+#include "solvers/search/rollout_kernels.hpp"
 #include "tests/support/recorded_problems.hpp"
 
 #include <fmt/format.h>

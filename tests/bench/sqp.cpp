@@ -33,16 +33,16 @@ struct Iteration {
 };
 
 /// Medians of one real-time iteration from `guess`.
-Iteration real_time_iteration(RealTimeSqp<TrackingSlide>& sqp, const Problem<TrackingSlide>& problem,
+Iteration real_time_iteration(RelaxedSolver<TrackingSlide>& sqp, const Problem<TrackingSlide>& problem,
                               const RelaxedPlan<TrackingSlide>& guess) {
   std::vector<double> prepare, feedback, whole;
   RelaxedPlan<TrackingSlide> plan = guess;
   for (int i = 0; i < repetitions; ++i) {
     plan = guess;
     const auto begin = Clock::now();
-    sqp.prepare_step(problem, plan);
+    sqp.anticipate(problem, plan);
     const auto middle = Clock::now();
-    sqp.feedback_step(problem, problem.initial, plan, Deadline::never());
+    sqp.solve(problem, plan, Deadline::never());
     const auto end = Clock::now();
     prepare.push_back(us(middle - begin)), feedback.push_back(us(end - middle)), whole.push_back(us(end - begin));
   }
@@ -54,8 +54,8 @@ void print(const char* name, const std::vector<Iteration>& all) {
   for (const Iteration& one : all)
     prepare.push_back(one.prepare_us), feedback.push_back(one.feedback_us), whole.push_back(one.whole_us);
   std::printf("%s\n", name);
-  print("    prepare_step", prepare);
-  print("    feedback_step", feedback);
+  print("    anticipated", prepare);
+  print("    solve, one iteration", feedback);
   print("    one real-time iteration", whole);
 }
 
@@ -65,13 +65,15 @@ int main() {
   const auto all = test::recorded_nlps();
   const RelaxedGrid grid = control_grid(all[0].problem.horizon, 1);
   const auto sqp = std::make_unique<Sqp<TrackingSlide, 2, 0>>();
+  const auto once = std::make_unique<Sqp<TrackingSlide, 2, 0>>(SqpSettings{.max_iterations = 1});
   sqp->prepare(all[0].problem, grid);
+  once->prepare(all[0].problem, grid);
   std::vector<Iteration> cold, follow;
   std::vector<double> converged, iterations;
   int reached = 0;
   for (const auto& one : all) {
     const RelaxedPlan<TrackingSlide> middle(one.problem, grid);
-    cold.push_back(real_time_iteration(*sqp, one.problem, middle));
+    cold.push_back(real_time_iteration(*once, one.problem, middle));
     RelaxedPlan<TrackingSlide> plan = middle;
     std::vector<double> times;
     Report report;
@@ -89,8 +91,9 @@ int main() {
                   std::string(to_string(report.status)).c_str(), report.cost, one.best_known_cost,
                   report.cost / one.best_known_cost - 1.0, static_cast<int>(report.nodes));
     // The next period's iteration: from the converged plan one stage on.
-    shift_relaxed_plan(grid, 1, plan);
-    follow.push_back(real_time_iteration(*sqp, one.problem, plan));
+    std::copy(plan.weights.begin() + static_cast<std::ptrdiff_t>(plan.modes), plan.weights.end(), plan.weights.begin());
+    std::copy(plan.continuous.begin() + 1, plan.continuous.end(), plan.continuous.begin());
+    follow.push_back(real_time_iteration(*once, one.problem, plan));
   }
   std::printf("%zu recorded relaxed programs, N = 20\n", all.size());
   print("from duties one half, no force", cold);

@@ -5,10 +5,11 @@
 //   --chapter 5|7|both   --plant twin|model   --seeds N   --quiet (criteria only)   --file twin.toml
 //   --search KEY=a,b,c ...   one key at a time, the value of least criterion kept, until none improves
 
+#include "core/config/document.hpp"
 #include "core/config/reader.hpp"
-#include "experiments/embedded.hpp"
+#include "experiments/base/embedded.hpp"
+#include "experiments/base/result.hpp"
 #include "experiments/thesis/fidelity.hpp"
-#include "experiments/thesis/reproduce_output.hpp"
 
 #include <cstdio>
 #include <fstream>
@@ -17,7 +18,6 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 namespace {
 
@@ -26,7 +26,8 @@ using Settings = std::map<std::string, std::string>;
 
 /// The parameter file's text with dotted keys set to other values.
 TwinParameters twin_with(const std::string& text, const Settings& settings) {
-  toml::table document = toml::parse(text);
+  Document twin = Document::from_text(text, "twin");
+  toml::table& document = twin.root();
   for (const auto& [path, value] : settings) {
     const auto dot = path.find('.');
     const std::string section = path.substr(0, dot), key = path.substr(dot + 1);
@@ -41,10 +42,9 @@ TwinParameters twin_with(const std::string& text, const Settings& settings) {
       }
     }();
     parsed["x"].visit([&](const auto& node) { table.insert(key, node); });
+    twin.set_by(path, path + "=" + value);
   }
-  std::ostringstream out;
-  out << document;
-  TableReader reader = TableReader::from_text(out.str(), "twin");
+  TableReader reader(std::move(twin));
   return read_twin(reader);
 }
 
@@ -56,7 +56,7 @@ double criterion_of(const StandIn& rig) { return choice_criterion(chapter(rig, 5
 
 void print_chapter(const StandIn& rig, int number, bool quiet) {
   const std::vector<Cell> cells = chapter(rig, number);
-  if (!quiet) fmt::print("{}", reproduction_text(cells));
+  if (!quiet) fmt::print("{}", result_of(cells).text(false));
   for (const Agreement& a : agreements(cells))
     fmt::print("{} [{}]: |ln {}| {:.3f}\n", a.tables, a.parameters, a.metric, a.mean_abs_ln);
   if (number == 5)

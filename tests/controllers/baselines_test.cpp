@@ -323,13 +323,13 @@ TEST(LawVariants, AreReadWithTheirTables) {
       "valves = 'two_way'\nsolver = 'switching_hybrid'\nmotor = 'pd'\nestimator = 'ekf'\n"
       "sliding = { frequency = 40.0, dead_band_m = 2e-4, every_ticks = 2 }\n"
       "phases = { coarse_above_m = 5e-4, rest = 'exhaust' }\n");
-  EXPECT_TRUE(v.lawful());
+  EXPECT_TRUE(v.is_feedback_law());
   EXPECT_EQ(v.sliding.frequency, 40.0);
   EXPECT_EQ(v.sliding.every_ticks, 2);
   EXPECT_TRUE(v.phases.exhaust);
   EXPECT_EQ(read("solver = 'pulse_width_pid'\npulse_width = { bias = 0.4 }").pulse_width.bias, 0.4);
   EXPECT_EQ(read("valves = 'three_mode'\nsolver = 'extended_cost'\ncost = { terminal_acceleration = 2.0 }")
-                .terminal_acceleration_weight,
+                .cost.terminal_acceleration,
             2.0);
 }
 

@@ -1,3 +1,4 @@
+#include "controllers/catalogue.hpp"
 #include "controllers/mpc_controller.hpp"
 #include "core/actuator/valves.hpp"
 
@@ -71,18 +72,20 @@ struct Scripted final : Solver<PneumaticActuator> {
   int calls = 0;
 };
 
+/// The shell around a predictive decider, as the factory makes it.
+template <HybridModel Model>
+ControllerShell<MpcController<Model>> predictive(typename MpcController<Model>::Parts parts, const Trajectory& motion,
+                                                 const MotorLaw& motor = NoMotor{}) {
+  const ModeSet modes = parts.problem.modes;
+  return {{motion, make_estimator("thesis", PneumaticActuator{}, {}), {}, motor, modes},
+          MpcController<Model>(std::move(parts))};
+}
+
 TEST(MpcController, CommandsEveryPeriodKeepsThroughFailuresAndShiftsTheReference) {
   std::vector<double> references;
   Problem<PneumaticActuator> problem(PneumaticActuator{}, valve_modes("three_way", {}), {1e-3, {100}}, {});
-  MpcController<PneumaticActuator> controller({std::move(problem),
-                                               std::make_unique<Scripted>(references),
-                                               Trajectory(0.06),
-                                               {.gain = 0.005},
-                                               NoMotor{},
-                                               std::nullopt,
-                                               Estimator("thesis", PneumaticActuator{}, {}),
-                                               {},
-                                               0});
+  auto controller = predictive<PneumaticActuator>(
+      {std::move(problem), std::make_unique<Scripted>(references), {.gain = 0.005}, std::nullopt, 0}, Trajectory(0.06));
   const SwitchPattern expected[] = {1, 2, 2, 1, 2, 2};  // the third and sixth plans are not to be applied
   Sensors sensors;
   sensors.ideal = true;
@@ -99,21 +102,84 @@ TEST(MpcController, CommandsEveryPeriodKeepsThroughFailuresAndShiftsTheReference
     EXPECT_NEAR(references[i], 0.06 + 0.005 * 0.01 * static_cast<double>(5 * i + 1), 1e-15);
 }
 
-TEST(Posing, WhatTheLawTracksAndWhatTheCostTracksAreOneReferenceAStepApart) {
-  Problem<PrestabilisedActuator> problem(PrestabilisedActuator(), valve_modes("two_way", {}),
-                                         {.dt_s = tick_s, .blocks = {10}}, {});
-  const auto ramp = [](double time_s) { return ReferenceSample{.position = 0.1 * time_s, .velocity = time_s}; };
-  struct Reference {
-    decltype(ramp) at;
-  };
+/// Keeps the problems it is posed and expected to be posed; its plans pulse.
+template <HybridModel Model>
+struct Listening final : Solver<Model> {
+  explicit Listening(std::vector<Problem<Model>>& posed, std::vector<Problem<Model>>& expected)
+      : posed(posed), expected(expected) {}
+  void prepare(const Problem<Model>&) override {}
+  Report solve(const Problem<Model>& p, Plan<Model>& plan, Deadline) noexcept override {
+    posed.push_back(p);
+    for (std::size_t b = 0; b < plan.modes.size(); ++b) plan.modes[b] = b % 3 == 1;
+    Report report;
+    report.status = Status::feasible;
+    return report;
+  }
+  bool anticipates() const override { return true; }
+  void anticipate(const Problem<Model>& p, const Plan<Model>&) noexcept override { expected.push_back(p); }
+  std::vector<Problem<Model>>&posed, &expected;
+};
+
+TEST(MpcController, WhatTheLawTracksAndWhatTheCostTracksAreOneReferenceAStepApart) {
+  const Trajectory motion = thesis_sine(0.02);
   for (const int lead : {0, 5}) {
-    pose_reference(Reference{ramp}, 0.2, lead, 0.001, problem);
+    std::vector<Problem<PrestabilisedActuator>> posed, expected;
+    Problem<PrestabilisedActuator> problem(PrestabilisedActuator(), valve_modes("two_way", {}), {tick_s, {10}}, {});
+    auto controller = predictive<PrestabilisedActuator>(
+        {std::move(problem), std::make_unique<Listening<PrestabilisedActuator>>(posed, expected), {}, {}, lead},
+        motion);
+    Sensors sensors;
+    sensors.ideal = true;
+    sensors.truth = {0.05, 0, 101325, 101325};
+    controller.step(sensors);
+    ASSERT_EQ(posed.size(), 1u);
     for (std::size_t j = 0; j < 10; ++j) {
-      const double begin_s = 0.2 + (lead + static_cast<double>(j)) * tick_s;
-      EXPECT_NEAR(problem.setpoint[j][0], 0.1 * begin_s, 1e-15);
-      EXPECT_NEAR(problem.setpoint[j][1], begin_s, 1e-15);
-      EXPECT_NEAR(problem.reference[j][0], 0.1 * (begin_s + tick_s) + 0.001, 1e-15);
-      EXPECT_NEAR(problem.reference[j][1], begin_s + tick_s, 1e-15);
+      const double begin_s = (lead + static_cast<double>(j)) * tick_s;
+      EXPECT_NEAR(posed[0].setpoint[j][0], motion.at(begin_s).position, 1e-15);
+      EXPECT_NEAR(posed[0].setpoint[j][1], motion.at(begin_s).velocity, 1e-15);
+      EXPECT_NEAR(posed[0].reference[j][0], motion.at(begin_s + tick_s).position, 1e-15);
+      EXPECT_NEAR(posed[0].reference[j][1], motion.at(begin_s + tick_s).velocity, 1e-15);
+    }
+  }
+}
+
+/// Plans of a mode a tick are followed tick by tick, and on a plant that does what the model says the problem expected
+/// in the last tick of a slot is the problem posed in the next, whatever the latency.
+TEST(MpcController, ExpectsWhatItIsThenPosed) {
+  for (const int latency : {0, 5}) {
+    std::vector<Problem<PneumaticActuator>> posed, expected;
+    const PneumaticActuator model;
+    const ModeSet modes = valve_modes("three_way", {});
+    Problem<PneumaticActuator> problem(model, modes, {tick_s, std::vector<int>(20, 1)}, {});
+    auto controller = predictive<PneumaticActuator>(
+        {std::move(problem), std::make_unique<Listening<PneumaticActuator>>(posed, expected), {}, {}, latency},
+        thesis_sine(0.02), PdMotor(model, {}));
+    const SwitchTiming timing(modes, tick_s);
+    SwitchLines lines(0);
+    Sensors sensors;
+    sensors.ideal = true;
+    sensors.truth = {0.0202, 0.0, 1.2e5, 1.2e5};
+    for (int k = 0; k < 40; ++k) {
+      sensors.time_s = k * tick_s;
+      const Decision d = controller.step(sensors);
+      const int begun = k - latency;
+      if (begun >= 0) {
+        EXPECT_EQ(d.command.coils, modes.pattern(begun % 5 % 3 == 1)) << k;
+      }
+      lines.command(d.command.coils, timing);
+      Vector<double, 4> opening;
+      std::ranges::copy(modes.point(lines.effective()), opening.begin());
+      sensors.truth = model.step<double>(sensors.truth, opening, {d.command.motor_force_n}, tick_s);
+      lines.advance(1);
+    }
+    ASSERT_EQ(posed.size(), 8u);
+    ASSERT_EQ(expected.size(), 8u);
+    for (std::size_t i = 1; i < posed.size(); ++i) {
+      EXPECT_EQ(expected[i - 1].lines, posed[i].lines) << latency;
+      for (std::size_t n = 0; n < 4; ++n)
+        EXPECT_NEAR(expected[i - 1].initial[n], posed[i].initial[n], 1e-9 * std::abs(posed[i].initial[n]) + 1e-15);
+      for (std::size_t j = 0; j < 20; ++j)
+        EXPECT_NEAR(expected[i - 1].reference[j][0], posed[i].reference[j][0], 1e-12);
     }
   }
 }

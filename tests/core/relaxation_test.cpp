@@ -141,15 +141,28 @@ TEST(Relaxation, GridsCutBlocksAndAreChecked) {
   EXPECT_THROW(check_grid(problem, {{3, 27}}), std::invalid_argument);  // shorter than the 4 ms of a rising edge
 }
 
-TEST(Relaxation, ShiftedPlansRepeatTheLastInterval) {
-  auto problem = fishing_problem(0.1, {5, 5, 5});
-  const RelaxedGrid grid = control_grid(problem.horizon, 5);
-  RelaxedPlan<LotkaVolterraFishing> plan(problem, grid);
-  for (std::size_t k = 0; k < 3; ++k) plan.row(k)[0] = 0.1 * static_cast<double>(k);
-  shift_relaxed_plan(grid, 5, plan);
-  EXPECT_EQ(plan.row(0)[0], 0.1);
-  EXPECT_EQ(plan.row(1)[0], 0.2);
-  EXPECT_EQ(plan.row(2)[0], 0.2);
+TEST(Relaxation, RidesInThePlanAndIsShiftedWithIt) {
+  const auto problem = fishing_problem(0.1, {5, 5, 5, 5});
+  const RelaxedGrid grid = control_grid(problem.horizon, 0, 10);  // two blocks an interval
+  ASSERT_EQ(grid.intervals, (std::vector{10, 10}));
+  RelaxedPlan<LotkaVolterraFishing> relaxed(problem, grid), again(problem, grid);
+  relaxed.row(0)[0] = 0.1, relaxed.row(0)[1] = 0.9;
+  relaxed.row(1)[0] = 0.7, relaxed.row(1)[1] = 0.3;
+  Plan<LotkaVolterraFishing> plan(problem);
+  keep_relaxation(problem, grid, relaxed, plan);
+  for (std::size_t b = 0; b < 4; ++b) plan.relaxation.owed[b][0] = static_cast<double>(b);
+  relax_plan(problem, grid, plan, again);
+  EXPECT_EQ(again.weights, relaxed.weights);
+  shift_plan(problem.horizon, 5, plan);
+  EXPECT_EQ(plan.relaxation.weights, (std::vector{0.1, 0.9, 0.7, 0.3, 0.7, 0.3, 0.7, 0.3}));
+  EXPECT_EQ(plan.relaxation.owed.front()[0], 1.0);
+  EXPECT_EQ(plan.relaxation.owed.back()[0], 3.0);  // the last block repeats
+}
+
+TEST(Relaxation, GridsJoinBlocksUntilNoneIsShorterThanTheLongestDelay) {
+  EXPECT_EQ(control_grid({0.001, {5, 5, 10, 5}}, 0, 10).intervals, (std::vector{10, 15}));
+  EXPECT_EQ(control_grid({0.001, std::vector<int>(11, 1)}, 0, 5).intervals, (std::vector{5, 6}));
+  EXPECT_EQ(control_grid({0.001, {3}}, 0, 10).intervals, (std::vector{3}));
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 #include "core/rt/allocation_guard.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
-#include "experiments/sim/model_plant.hpp"
+#include "experiments/plants/model_plant.hpp"
 #include "solvers/search/exhaustive.hpp"
 
 #include <cmath>
@@ -55,9 +55,9 @@ VariantConfig variant(const char* valves, const char* motor) {
   v.valves = valves;
   v.motor = motor;
   v.integral.gain = 0.005;
-  v.switching_weight = 1e-8;
-  v.air_weight = 1e-6;
-  v.blocks = {2, 4, 14};
+  v.cost.switching = 1e-8;
+  v.cost.air = 1e-6;
+  v.horizon.blocks = {2, 4, 14};
   return v;
 }
 

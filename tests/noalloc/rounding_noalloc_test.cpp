@@ -70,16 +70,16 @@ void expect_fenced_solver(const VariantConfig& variant) {
 TEST(RoundingNoAlloc, RelaxedAndRoundedVariantsSolveWithoutAllocation) {
   ASSERT_TRUE(AllocationGuard::available());
   for (const char* valves : {"three_way", "two_way"})
-    for (const char* solver : {"sum_up_rounding", "cia"})
+    for (const char* solver : {"sum_up_rounding", "cia", "sqp"})
       for (const char* motor : {"none", "in_prediction", "joint"}) {
         VariantConfig variant;
         variant.valves = valves;
         variant.solver = solver;
         variant.motor = motor;
-        variant.motor_weight = 1e-12;
-        variant.switching_weight = 2e-8;
-        variant.air_weight = 1e-6;
-        variant.blocks = {2, 4, 14};
+        variant.cost.motor = 1e-12;
+        variant.cost.switching = 2e-8;
+        variant.cost.air = 1e-6;
+        variant.horizon.blocks = {2, 4, 14};
         if (variant.predicts_motor())
           expect_fenced_solver<PrestabilisedActuator>(variant);
         else

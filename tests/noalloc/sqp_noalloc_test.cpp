@@ -21,8 +21,8 @@ TEST(SqpNoAlloc, SolveAndRealTimeIterationAtEveryStatus) {
     RelaxedPlan<TrackingSlide> plan(problem, grid);
     const auto before = AllocationGuard::thread_allocations();
     const Report report = sqp.solve(problem, plan, deadline);
-    sqp.prepare_step(problem, plan);
-    sqp.feedback_step(problem, problem.initial, plan, deadline);
+    sqp.anticipate(problem, plan);
+    sqp.solve(problem, plan, deadline);
     EXPECT_EQ(AllocationGuard::thread_allocations(), before) << to_string(report.status);
     seen.insert(report.status);
   };

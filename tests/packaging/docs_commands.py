@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs every command that README.md and docs/*.md show, and checks their links, references and files.
+"""Runs every command that README.md and the pages of docs/ show. Their links are the business of docs_links.py.
 
 A page's commands run in the order of the page, in a folder of its own, with the files that the page tells the reader to
 write (a block after a line "Write ... `NAME.toml`"). A command must end with exit code 0. What would take too long, needs
@@ -25,60 +25,7 @@ from pathlib import Path
 
 sys.dont_write_bytecode = True
 import docs_rules  # noqa: E402
-
-
-class Page:
-    """A page's blocks of code, with the prose line before each, and its prose without them."""
-
-    def __init__(self, path):
-        self.path = path
-        self.blocks = []  # (line number, prose line before, lines)
-        prose, block, fence, indented_may_begin = [], None, False, True
-        for number, line in enumerate(path.read_text().split("\n"), 1):
-            if line.strip().startswith("```"):
-                if not fence:
-                    block = (number + 1, self._last(prose), [])
-                    self.blocks.append(block)
-                fence = not fence
-                prose.append("")
-                indented_may_begin = False
-            elif fence:
-                block[2].append(line)
-                prose.append("")
-            elif line.startswith("    ") and (indented_may_begin or not prose[-1:]):
-                if block is None or block[0] + len(block[2]) != number:
-                    block = (number, self._last(prose), [])
-                    self.blocks.append(block)
-                block[2].append(line[4:])
-                prose.append("")
-            elif not line.strip() and block is not None and block[0] + len(block[2]) == number:
-                block[2].append("")  # a blank line may be inside an indented block
-                prose.append("")
-                indented_may_begin = True
-            else:
-                prose.append(line)
-                indented_may_begin = not line.strip()
-        self.prose = prose
-
-    @staticmethod
-    def _last(prose):
-        return next((line for line in reversed(prose) if line.strip()), "")
-
-    def files(self):
-        """What the reader is told to write: {block's line: (name, content)}."""
-        found = {}
-        for number, before, lines in self.blocks:
-            name = re.search(r"\b[Ww]rite\b.*`([\w.-]+\.(?:toml|csv))`[^`]*$", before)
-            if name:
-                found[number] = (name[1], "\n".join(lines).strip() + "\n")
-        return found
-
-    def inline(self):
-        """Inline code as (line number, text); a line break inside is a space."""
-        text = "\n".join(self.prose)
-        for match in re.finditer(r"`([^`]+)`", text):
-            if "\n\n" not in match[1]:
-                yield text.count("\n", 0, match.start()) + 1, " ".join(match[1].split())
+from docs_links import pages_below  # noqa: E402
 
 
 def block_commands(lines):
@@ -230,7 +177,7 @@ class Checker:
                 Path(folder, name).write_text(content)
             if "--rig rig.toml" in page.path.read_text():
                 Path(folder, "rig.toml").write_text("")  # every key of it has a default
-            for name in {docs_rules.RECORDED, *re.findall(r"experiments/\w+/\w+\.toml", page.path.read_text())}:
+            for name in {docs_rules.RECORDED, *re.findall(r"experiments/data/\w+/\w+\.toml", page.path.read_text())}:
                 if (self.root / name).is_file():
                     Path(folder, name).parent.mkdir(parents=True, exist_ok=True)
                     shutil.copy(self.root / name, Path(folder, name))
@@ -278,43 +225,6 @@ class Checker:
         if line not in (" ".join(other.split()[:6]) for other in output.split("\n")):
             self.problem(page, number, f"the command does not print '{line} ...'")
 
-    # ---- links, references, files ------------------------------------------------------------------------------------
-
-    def anchors(self, path):
-        headings = re.findall(r"^#+ (.*)$", path.read_text(), re.M)
-        return {re.sub(r"[^\w\- ]", "", h.replace("`", "").lower()).strip().replace(" ", "-") for h in headings}
-
-    def check_links(self, page):
-        for number, line in enumerate(page.prose, 1):
-            for target in re.findall(r"\]\(([^)\s]+)\)", re.sub(r"`[^`]*`", "", line)):
-                if re.match(r"\w+://", target):
-                    continue
-                name, _, anchor = target.partition("#")
-                path = (page.path.parent / name).resolve() if name else page.path
-                if not path.exists():
-                    self.problem(page, number, f"link to '{target}': no such file")
-                elif anchor and path.suffix == ".md" and anchor not in self.anchors(path):
-                    self.problem(page, number, f"link to '{target}': no such heading")
-        for number, text in page.inline():
-            named = re.fullmatch(r"((?:core|solvers|controllers|experiments|tests|docs)/[\w./-]+\.\w+)", text)
-            if named and not (self.root / named[1]).exists():
-                self.problem(page, number, f"'{text}': no such file")
-
-    def check_references(self, page):
-        text = re.sub(r"`[^`]*`", "", "\n".join(page.prose))
-        body, _, references = text.partition("\n## References\n")
-        listed = [int(n) for n in re.findall(r"^(\d+)\. ", references, re.M)]
-        wanted = page.path.name.startswith("theory")
-        if wanted and not listed:
-            self.problem(page, 1, "a page of theory without numbered references")
-        if not listed:
-            return
-        if listed != list(range(1, len(listed) + 1)):
-            self.problem(page, 1, f"references are numbered {listed}")
-        cited = {int(n) for group in re.findall(r"\[([1-9]\d*(?:, \d+)*)\]", body) for n in group.split(", ")}
-        for n in sorted(cited ^ set(listed)):
-            self.problem(page, 1, f"reference [{n}] is {'not listed' if n in cited else 'never cited'}")
-
 
 def main():
     parser = argparse.ArgumentParser()
@@ -325,11 +235,8 @@ def main():
     arguments = parser.parse_args()
     root = arguments.root.resolve()
     checker = Checker(root, str(Path(arguments.program).resolve()), arguments.fake_comedi)
-    paths = [root / "README.md", *sorted((root / "docs").glob("*.md"))]
-    pages = [Page(path) for path in paths if arguments.page in path.name]
+    pages = [page for page in pages_below(root) if arguments.page in page.path.name]
     for page in pages:
-        checker.check_links(page)
-        checker.check_references(page)
         checker.run_page(page)
     print(f"{len(pages)} pages, {checker.runs} commands run, {checker.covered} shown that are tested elsewhere")
     for problem in checker.problems:

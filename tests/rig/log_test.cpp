@@ -1,10 +1,10 @@
 #include "core/config/reader.hpp"
-#include "experiments/log/bytes.hpp"
-#include "experiments/log/mcap_reader.hpp"
-#include "experiments/log/mcap_writer.hpp"
-#include "experiments/log/recorded_run.hpp"
-#include "experiments/log/run_log.hpp"
-#include "experiments/log/tick_fields.hpp"
+#include "experiments/base/bytes.hpp"
+#include "experiments/rig/log/mcap_reader.hpp"
+#include "experiments/rig/log/mcap_writer.hpp"
+#include "experiments/rig/log/recorded_run.hpp"
+#include "experiments/rig/log/run_log.hpp"
+#include "experiments/rig/log/tick_fields.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <cmath>

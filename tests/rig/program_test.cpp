@@ -1,6 +1,6 @@
 #include "controllers/instances/instance_set.hpp"
-#include "experiments/log/recorded_run.hpp"
 #include "experiments/rig/fault_table.hpp"
+#include "experiments/rig/log/recorded_run.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <cstdlib>
@@ -180,7 +180,7 @@ TEST(Run, TheTickMakesNoSystemCallButSleepOnTheTwin) {
 
 TEST(Faults, OfProcessesLeaveTheNodeSafeAndTheLogReadable) {
   const Folder folder;
-  for (const ProcessOutcome& p : process_faults(SOLENOID_PROGRAM, (folder / "").string())) {
+  for (const ProcessOutcome& p : process_faults(SOLENOID_PROGRAM, (folder / "").string(), "nine_state")) {
     SCOPED_TRACE(p.name);
     EXPECT_EQ(p.refused, 0);
     EXPECT_EQ(p.final_outputs, Command{});

@@ -89,7 +89,6 @@ TEST(Bonmin, FindsTheBestPlanOfSmallProblemsOrNearly) {
     Plan<Fishing> optimal(problem), plan(problem);
     const double optimum = all.solve(problem, optimal, Deadline::never()).cost;
     BonminSolver<Fishing> bonmin;
-    EXPECT_FALSE(bonmin.real_time());
     bonmin.prepare(problem);
     const double before = evaluate(problem, plan).cost;
     const Report report = bonmin.solve(problem, plan, Deadline::never());

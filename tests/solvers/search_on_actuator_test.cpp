@@ -2,6 +2,7 @@
 // enumeration, enclosures against simulated ways, deadlines.
 #include "core/config/reader.hpp"
 #include "solvers/search/exhaustive.hpp"
+#include "solvers/search/rollout_kernels.hpp"
 #include "tests/support/recorded_problems.hpp"
 
 #include <cmath>

@@ -69,22 +69,52 @@ TEST(Sqp, RealTimeIterationsConvergeToTheSameCost) {
     const auto& problem = recorded()[i].problem;
     const RelaxedGrid grid = control_grid(problem.horizon, 1);
     const Outcome whole = run(problem);
-    SlideSqp sqp;
+    SlideSqp sqp({.max_iterations = 1});
     sqp.prepare(problem, grid);
     SlidePlan plan(problem, grid);
-    // The first forecast of the state is wrong: feedback_step makes up for it.
+    // The first forecast of the state is wrong: the measured one makes up for it.
     Problem<TrackingSlide> forecast = problem;
     forecast.initial[0] += 1e-4, forecast.initial[2] += 2e3;
     Report report;
     for (int step = 0; step < 12; ++step) {
-      sqp.prepare_step(step == 0 ? forecast : problem, plan);
-      report = sqp.feedback_step(problem, problem.initial, plan, Deadline::never());
-      EXPECT_EQ(report.status, Status::feasible);
+      sqp.anticipate(step == 0 ? forecast : problem, plan);
+      report = sqp.solve(problem, plan, Deadline::never());
+      EXPECT_TRUE(report.anticipated);
+      EXPECT_TRUE(usable(report.status));
     }
-    // At the end the step is nought, and what the quadratic model promises is the smooth physics' cost.
     EXPECT_NEAR(report.cost, whole.report.cost, 2e-3 * whole.report.cost) << i;
-    EXPECT_NEAR(report.cost, relaxed_cost(problem, grid, plan), 2e-3 * whole.report.cost) << i;
+    EXPECT_EQ(report.cost, relaxed_cost(problem, grid, plan)) << i;
   }
+}
+
+TEST(Sqp, WhatWasAnticipatedOtherwiseIsNotUsed) {
+  const auto& problem = recorded()[17].problem;
+  const RelaxedGrid grid = control_grid(problem.horizon, 1);
+  const Outcome alone = run(problem);
+  const auto after = [&](const Problem<TrackingSlide>& expected, bool used) {
+    SlideSqp sqp;
+    sqp.prepare(problem, grid);
+    SlidePlan plan(problem, grid);
+    sqp.anticipate(expected, plan);
+    const Report report = sqp.solve(problem, plan, Deadline::never());
+    EXPECT_EQ(report.anticipated, used);
+    EXPECT_NEAR(report.cost, alone.report.cost, 2e-3 * alone.report.cost);
+    if (!used) {
+      EXPECT_EQ(plan.weights, alone.plan.weights);  // as if nothing had been anticipated
+    }
+    const Report again = sqp.solve(problem, plan, Deadline::never());
+    EXPECT_FALSE(again.anticipated);  // one anticipation, one solve
+  };
+  after(problem, true);
+  auto other = problem;
+  other.reference.back()[0] += 0.05;
+  after(other, false);
+  other = problem;
+  other.lines = SwitchLines(1);
+  after(other, false);
+  other = problem;
+  other.initial[1] = std::nan("");
+  after(other, false);
 }
 
 TEST(Sqp, FishingReachesTheRelaxedOptimum) {

@@ -6,7 +6,7 @@
     run.metrics.rmse_mm          # the same number, to the last digit, as the command line's
     run.time_s, run.truth[:, 0]  # NumPy arrays that look into the run's memory, read-only
 
-Keys and values are those of the TOML files (docs/configuration.md); what they refuse is a ConfigError here.
+Keys and values are those of the TOML files (docs/reference/configuration.md); what they refuse is a ConfigError here.
 """
 
 from __future__ import annotations

@@ -18,6 +18,9 @@ class Variant:
     valves: str
     solver: str
     motor: str
+    estimator: str
+    settings: dict[str, float | int | bool | None]
+    """Every numeric key by its dotted name, as this variant has it: `./solenoid list keys`."""
 
 @final
 class Scenario:

@@ -14,7 +14,7 @@ function bytesOfBase64(text) {
 
 const NO_NUMBER = 2 ** 46;
 
-// One column of experiments/log/trace.hpp: LEB128, zigzag, first or second differences. Numbers beyond 2^31 need doubles.
+// One column of experiments/campaign/trace.hpp: LEB128, zigzag, first or second differences. Numbers beyond 2^31 need doubles.
 function decodeColumn(bytes, at, count, column) {
   const values = new Float64Array(count);
   let last = 0, slope = 0;

@@ -44,7 +44,7 @@ struct RowStep {
   double t_dz, z_dt, dt_dz;
 };
 
-/// Elementwise work of an iteration; equations in docs/theory-qp.md (3) to (5).
+/// Elementwise work of an iteration; the equations are theory-qp.md, eq. 3 to 5.
 struct RowKernels {
   RowState (*evaluate)(const Rows& rows);            // r, 1/t, D, zeta and the predictor's h
   RowStep (*predict)(const Rows& rows);              // dt, dz of the predictor from dv; second-order products

@@ -1,5 +1,5 @@
 // Riccati recursion over stages with compile-time sizes, one row of [x | u] in the lanes of one vector;
-// see lanes.hpp for how this file is included and docs/theory-qp.md, section 4, for the recursion.
+// see lanes.hpp for how this file is included and theory-qp.md, section 4, for the recursion.
 
 template <int NX, int NU>
 struct Riccati {

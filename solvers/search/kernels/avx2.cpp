@@ -3,10 +3,10 @@
 
 namespace solenoid::kernels {
 
-RolloutKernel<PneumaticActuator> avx2(PneumaticTag) {
+RolloutKernel<PneumaticActuator> avx2(Of<PneumaticActuator>) {
   return make_rollout_kernel<PneumaticActuator, xsimd::avx2>("avx2");
 }
-RolloutKernel<PrestabilisedActuator> avx2(PrestabilisedTag) {
+RolloutKernel<PrestabilisedActuator> avx2(Of<PrestabilisedActuator>) {
   return make_rollout_kernel<PrestabilisedActuator, xsimd::avx2>("avx2");
 }
 

@@ -3,10 +3,10 @@
 
 namespace solenoid::kernels {
 
-RolloutKernel<PneumaticActuator> avx512(PneumaticTag) {
+RolloutKernel<PneumaticActuator> avx512(Of<PneumaticActuator>) {
   return make_rollout_kernel<PneumaticActuator, xsimd::avx512f, xsimd::avx2>("avx512");
 }
-RolloutKernel<PrestabilisedActuator> avx512(PrestabilisedTag) {
+RolloutKernel<PrestabilisedActuator> avx512(Of<PrestabilisedActuator>) {
   return make_rollout_kernel<PrestabilisedActuator, xsimd::avx512f, xsimd::avx2>("avx512");
 }
 

@@ -3,10 +3,10 @@
 
 namespace solenoid::kernels {
 
-RolloutKernel<PneumaticActuator> baseline(PneumaticTag) {
+RolloutKernel<PneumaticActuator> baseline(Of<PneumaticActuator>) {
   return make_rollout_kernel<PneumaticActuator, xsimd::sse2>("baseline");
 }
-RolloutKernel<PrestabilisedActuator> baseline(PrestabilisedTag) {
+RolloutKernel<PrestabilisedActuator> baseline(Of<PrestabilisedActuator>) {
   return make_rollout_kernel<PrestabilisedActuator, xsimd::sse2>("baseline");
 }
 

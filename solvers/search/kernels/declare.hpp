@@ -5,14 +5,15 @@
 
 namespace solenoid::kernels {
 
-struct PneumaticTag {};
-struct PrestabilisedTag {};
+/// Names a model to choose an overload by.
+template <class M>
+struct Of {};
 
-RolloutKernel<PneumaticActuator> baseline(PneumaticTag);
-RolloutKernel<PneumaticActuator> avx2(PneumaticTag);
-RolloutKernel<PneumaticActuator> avx512(PneumaticTag);
-RolloutKernel<PrestabilisedActuator> baseline(PrestabilisedTag);
-RolloutKernel<PrestabilisedActuator> avx2(PrestabilisedTag);
-RolloutKernel<PrestabilisedActuator> avx512(PrestabilisedTag);
+RolloutKernel<PneumaticActuator> baseline(Of<PneumaticActuator>);
+RolloutKernel<PneumaticActuator> avx2(Of<PneumaticActuator>);
+RolloutKernel<PneumaticActuator> avx512(Of<PneumaticActuator>);
+RolloutKernel<PrestabilisedActuator> baseline(Of<PrestabilisedActuator>);
+RolloutKernel<PrestabilisedActuator> avx2(Of<PrestabilisedActuator>);
+RolloutKernel<PrestabilisedActuator> avx512(Of<PrestabilisedActuator>);
 
 }  // namespace solenoid::kernels

@@ -16,7 +16,7 @@ namespace {
 
 /// A plant that takes as long as it is told, on a clock that it moves; and the controller and recorder beside it.
 struct SlowWorld final : Plant, Controller {
-  explicit SlowWorld(FakeClock& clock_) : clock(clock_) {}
+  explicit SlowWorld(FakeClock& shared) : clock(shared) {}
   Sensors read(double time_s) noexcept override {
     spend(reading_s, time_s);
     return {.time_s = time_s};

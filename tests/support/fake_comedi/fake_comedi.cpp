@@ -4,8 +4,8 @@
 //   FAKE_COMEDI=fail@N | block@N   every read from the Nth on fails, or never comes back
 //   FAKE_COMEDI_REPORT=FILE        holds the outputs of the last write
 #include "experiments/campaign/campaign.hpp"
+#include "experiments/campaign/scenario.hpp"
 #include "experiments/rig/calibration.hpp"
-#include "experiments/sim/simulate.hpp"
 
 #include <array>
 #include <atomic>

@@ -1,0 +1,112 @@
+#include "core/config/document.hpp"
+
+#include "core/config/reader.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include <fmt/format.h>
+
+namespace solenoid {
+namespace {
+
+std::optional<std::string> text_of(const std::string& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return std::nullopt;
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream text;
+  if (in && in.peek() != std::ifstream::traits_type::eof()) text << in.rdbuf();
+  if (!in.is_open() || in.bad()) return std::nullopt;
+  return text.str();
+}
+
+void note_origins(const toml::node& node, const std::string& path, const std::string& file,
+                  std::map<std::string, std::string>& origins) {
+  origins.emplace(path, fmt::format("{}:{}", file, node.source().begin.line));
+  if (const toml::table* table = node.as_table())
+    for (const auto& [key, value] : *table)
+      note_origins(value, path.empty() ? std::string(key.str()) : fmt::format("{}.{}", path, key.str()), file, origins);
+  if (const toml::array* array = node.as_array())
+    for (std::size_t i = 0; i < array->size(); ++i)
+      if ((*array)[i].is_table()) note_origins((*array)[i], fmt::format("{}[{}]", path, i), file, origins);
+}
+
+/// Whether a path is `top` or below it.
+bool within(const std::string& path, const std::string& top) {
+  return path.starts_with(top) &&
+         (top.empty() || path.size() == top.size() || path[top.size()] == '.' || path[top.size()] == '[');
+}
+
+}  // namespace
+
+Document Document::from_text(const std::string& text, const std::string& name) {
+  Document document(name);
+  try {
+    document.root_ = toml::parse(text, name);
+  } catch (const toml::parse_error& error) {
+    throw ConfigError(fmt::format("{}:{}: not valid TOML: {}", name, error.source().begin.line, error.description()));
+  }
+  note_origins(document.root_, "", name, document.origins_);
+  return document;
+}
+
+Document Document::from_file(const std::string& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored))
+    throw ConfigError(fmt::format("{}: is a folder (allowed: a readable TOML file)", path));
+  const auto text = text_of(path);
+  if (!text) throw ConfigError(fmt::format("{}: cannot be read (allowed: a readable TOML file)", path));
+  return from_text(*text, path);
+}
+
+Document Document::part(const std::string& path, const toml::table& table) const {
+  Document part(name_);
+  part.path_ = path;
+  part.root_ = table;
+  part.carried_ = carried_;
+  part.comes_from(path, *this, path);
+  return part;
+}
+
+std::string Document::where(const std::string& path) const {
+  for (std::string around = path;;) {
+    if (const auto known = origins_.find(around); known != origins_.end()) return known->second;
+    if (around.empty()) return name_;
+    const std::size_t end = around.find_last_of(".[");
+    around.resize(end == std::string::npos ? 0 : end);
+  }
+}
+
+void Document::set_by(const std::string& path, const std::string& who) {
+  for (auto origin = origins_.lower_bound(path); origin != origins_.end() && origin->first.starts_with(path);)
+    origin = within(origin->first, path) ? origins_.erase(origin) : std::next(origin);
+  origins_[path] = who;
+}
+
+void Document::comes_from(const std::string& path, const Document& other, const std::string& from) {
+  std::map<std::string, std::string> taken;  // the other may be this one
+  for (auto origin = other.origins_.lower_bound(from);
+       origin != other.origins_.end() && origin->first.starts_with(from); ++origin)
+    if (within(origin->first, from)) taken.emplace(path + origin->first.substr(from.size()), origin->second);
+  set_by(path, other.where(from));
+  for (auto& [at, origin] : taken) origins_[at] = std::move(origin);
+}
+
+std::optional<std::string> Document::linked(const std::string& file) const {
+  const auto carried = carried_.find(file);
+  return carried != carried_.end() ? carried->second : text_of(beside(file));
+}
+
+std::string Document::beside(const std::string& file) const {
+  return (std::filesystem::path(name_).parent_path() / file).string();
+}
+
+std::string toml_text(const toml::table& table) {
+  std::ostringstream text;
+  text << toml::toml_formatter{table, toml::format_flags::none};
+  return text.str();
+}
+
+}  // namespace solenoid

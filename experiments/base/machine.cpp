@@ -1,0 +1,55 @@
+#include "experiments/base/machine.hpp"
+
+#include "experiments/base/build_info.hpp"
+#include "experiments/base/files.hpp"
+
+#include <chrono>
+#include <ctime>
+#include <fstream>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <sched.h>
+#include <sys/utsname.h>
+
+namespace solenoid {
+namespace {
+
+std::string cpu_name() {
+  std::ifstream in("/proc/cpuinfo");
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with("model name"))
+      if (const auto colon = line.find(": "); colon != std::string::npos) return line.substr(colon + 2);
+  return "unknown";
+}
+
+std::tm local_now() { return fmt::localtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())); }
+
+}  // namespace
+
+Machine this_machine() {
+  Machine m;
+  utsname system{};
+  if (uname(&system) == 0) {
+    m.kernel = fmt::format("{} {} {}", system.sysname, system.release, system.machine);
+    m.host = system.nodename;
+  }
+  m.cpu = cpu_name();
+  cpu_set_t allowed;
+  if (sched_getaffinity(0, sizeof allowed, &allowed) == 0) m.cores = CPU_COUNT(&allowed);
+  return m;
+}
+
+const std::string& program_fingerprint() {
+  static const std::string value = [] {
+    const auto program = read_whole_file("/proc/self/exe");
+    return fingerprint(program ? *program : build_info().version + build_info().git_revision);
+  }();
+  return value;
+}
+
+std::string timestamp() { return fmt::format("{:%Y-%m-%dT%H:%M:%S%z}", local_now()); }
+
+std::string compact_timestamp() { return fmt::format("{:%Y%m%d-%H%M%S}", local_now()); }
+
+}  // namespace solenoid

@@ -1,0 +1,155 @@
+#include "experiments/report/live/live_state.hpp"
+
+#include "core/config/reader.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/rig/log/tick_fields.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace solenoid {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr auto look = std::chrono::milliseconds(300);
+constexpr std::size_t most_ticks = 60'000;  // ten minutes; then every second one is dropped
+
+std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+Json numbers(const std::vector<double>& values) {
+  Json list = Json::array();
+  for (const double value : values) list.push_back(std::isfinite(value) ? Json(value) : Json());
+  return list;
+}
+
+}  // namespace
+
+LiveState::LiveState(const Campaign& campaign, const std::string& folder, bool only_new) {
+  results_.folder = folder;
+  results_.campaign = campaign;
+  results_.manifest = {{"campaign", campaign.name}, {"status", "running"}};
+  manifest_text_ = read_whole_file(folder + "/manifest.json").value_or("");
+  for (const CampaignRun& run : campaign.runs) {
+    std::error_code error;
+    const auto written = std::filesystem::last_write_time(file_of(run), error);
+    if (only_new && !error) left_aside_[run.id] = written;
+  }
+}
+
+std::string LiveState::file_of(const CampaignRun& run) const { return results_.folder + "/runs/" + run.id + ".json"; }
+
+bool LiveState::read_manifest() {
+  const auto text = read_whole_file(results_.folder + "/manifest.json");
+  if (!text || *text == manifest_text_) return false;
+  Json json = Json::parse(*text, nullptr, false);
+  if (!json.is_object()) return false;
+  manifest_text_ = *text;
+  results_.manifest = std::move(json);
+  return true;
+}
+
+bool LiveState::read_run(const CampaignRun& run) {
+  std::error_code error;
+  const auto written = std::filesystem::last_write_time(file_of(run), error);
+  const auto earlier = left_aside_.find(run.id);
+  if (error || (earlier != left_aside_.end() && earlier->second == written)) return false;
+  const auto text = read_whole_file(file_of(run));
+  if (!text) return false;
+  try {
+    const Json json = Json::parse(*text);
+    if (json.at("configuration") != run.hash) return false;  // of an earlier program or campaign: it is being repeated
+    StoredRun stored{run.id, record_from_json(json.at("run"))};
+    if (const auto trace = read_trace(results_, stored); trace && !trace->ticks.empty())
+      curves_[run.id] = {trace->solves, "served"};
+    results_.runs.push_back(std::move(stored));
+    return true;
+  } catch (const std::exception&) {
+    return false;  // not a file of ours
+  }
+}
+
+void LiveState::refresh() {
+  const std::lock_guard lock(mutex_);
+  if (Clock::now() < next_look_) return;
+  bool news = read_manifest();
+  for (const CampaignRun& run : results_.campaign.runs)
+    if (std::ranges::find(results_.runs, run.id, &StoredRun::id) == results_.runs.end()) news = read_run(run) || news;
+  if (news) sort_runs(results_.campaign, results_.runs);
+  revision_ += news;
+  next_look_ = Clock::now() + look;
+}
+
+std::string LiveState::report(int revision) {
+  const std::lock_guard lock(mutex_);
+  if (revision == revision_) return {};
+  if (json_revision_ != revision_) {
+    Json json = report_json(results_, curves_, true);
+    json["revision"] = revision_;
+    json["expected"] = results_.campaign.runs.size();
+    json_ = dump(json);
+    json_revision_ = revision_;
+  }
+  return json_;
+}
+
+std::string LiveState::trace(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  const auto run = std::ranges::find(results_.runs, id, &StoredRun::id);
+  if (run == results_.runs.end()) return {};
+  const auto trace = read_trace(results_, *run);
+  return trace ? encode_trace(*trace) : std::string();
+}
+
+void LiveState::take_tick(const std::string& json) {
+  try {
+    const TickRecord tick = tick_from_json(json);
+    const std::lock_guard lock(mutex_);
+    if (!ticks_.empty() && tick.sensors.time_s <= ticks_.back().sensors.time_s) {
+      ticks_.clear();
+      thinned_ = 0;
+      run_ = std::min(run_ + 1, results_.campaign.runs.size() - 1);
+    }
+    ticks_.push_back(tick);
+    if (ticks_.size() > most_ticks) thin_ticks();
+  } catch (const ConfigError&) {
+    // not from us
+  }
+}
+
+void LiveState::thin_ticks() {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < ticks_.size(); i += 2) ticks_[kept++] = ticks_[i];
+  ticks_.resize(kept);
+  ++thinned_;
+}
+
+std::string LiveState::series_key() const {
+  return fmt::format("{}{}", results_.campaign.runs[run_].id, thinned_ > 0 ? fmt::format("#{}", thinned_) : "");
+}
+
+std::string LiveState::ticks(const std::string& key, std::size_t from) {
+  const std::lock_guard lock(mutex_);
+  const bool over = !ticks_.empty() && std::ranges::find(results_.runs, results_.campaign.runs[run_].id,
+                                                         &StoredRun::id) != results_.runs.end();
+  if (ticks_.empty() || over) return R"({"run":""})";
+  if (key != series_key()) from = 0;
+  from = std::min(from, ticks_.size());
+  const CampaignRun& run = results_.campaign.runs[run_];
+  const Trace trace = make_trace(results_.campaign.variants[run.variant], results_.campaign.scenarios[run.scenario],
+                                 std::span(ticks_).subspan(from));
+  Json json = {{"run", series_key()},
+               {"from", from},
+               {"tick_s", trace.tick_s},
+               {"modes", trace.modes},
+               {"cylinder_force", trace.cylinder_force},
+               {"motor_limit_n", trace.motor_limit_n},
+               {"measured", trace.measured},
+               {"columns", {{"tick", trace.ticks}}}};
+  for (const Trace::Signal& signal : trace.signals) json["columns"][signal.name] = numbers(signal.values);
+  return dump(json);
+}
+
+}  // namespace solenoid

@@ -1,0 +1,164 @@
+#include "experiments/rig/log/run_log.hpp"
+
+#include "core/rt/clock.hpp"
+#include "core/rt/process_setup.hpp"
+#include "experiments/base/build_info.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/rig/log/tick_fields.hpp"
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <sys/socket.h>
+#include <unistd.h>
+
+namespace solenoid {
+namespace {
+
+constexpr const char* event_schema =
+    R"({"title":"solenoid.event","type":"object","properties":{"time_s":{"type":"number"},"kind":{"type":"string"},"text":{"type":"string"}}})";
+constexpr double look_s = 0.02;  // between two looks into the ring
+constexpr double sync_s = 1.0;   // what a loss of power may take
+constexpr int live_every = 10;   // ticks
+
+}  // namespace
+
+RunLog::RunLog(RunLogSettings settings, std::function<void(const TickRecord&)> keep)
+    : settings_(std::move(settings)),
+      keep_(std::move(keep)),
+      path_(settings_.folder + "/" + settings_.name + ".mcap"),
+      ring_(settings_.ring_ticks) {
+  file_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (file_ < 0) throw OutputError(fmt::format("{}: cannot be written: {}", path_, std::strerror(errno)));
+  if (!settings_.udp_ports.empty()) live_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  mcap_ = std::make_unique<McapWriter>([this](std::string_view bytes) { write_file(bytes); },
+                                       "solenoid " + build_info().version);
+  mcap_->write_metadata("run", settings_.about);
+  tick_channel_ = mcap_->add_channel("tick", "solenoid.tick", tick_schema());
+  event_channel_ = mcap_->add_channel("event", "solenoid.event", event_schema);
+  thread_ = std::thread([this] { work(); });
+}
+
+RunLog::~RunLog() {
+  if (thread_.joinable()) close({});
+  if (file_ >= 0) ::close(file_);
+  if (live_ >= 0) ::close(live_);
+}
+
+void RunLog::record(const TickRecord& tick) noexcept {
+  if (!ring_.push(tick)) dropped_.fetch_add(1, std::memory_order_relaxed);
+  newest_.back() = tick;
+  newest_.put();
+}
+
+void RunLog::write_file(std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = settings_.write(file_, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) throw OutputError(fmt::format("{}: cannot be written: {}", path_, std::strerror(errno)));
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+void RunLog::work() noexcept {
+  prepare_thread("log");
+  MonotonicClock clock;
+  double flushed = 0.0, synced = 0.0;
+  while (!stop_.load()) {
+    clock.sleep_until(clock.now_s() + look_s);
+    if (failed_.load()) continue;  // the ring fills up and counts what it drops
+    try {
+      drain();
+      if (clock.now_s() - flushed >= settings_.flush_s) mcap_->flush(), flushed = clock.now_s();
+      if (clock.now_s() - synced >= sync_s) ::fdatasync(file_), synced = clock.now_s();
+    } catch (const std::exception& error) {
+      problem_ = error.what();
+      failed_.store(true);
+    }
+  }
+}
+
+void RunLog::drain() {
+  TickRecord tick;
+  while (ring_.pop(tick)) take(tick);
+}
+
+void RunLog::take(const TickRecord& tick) {
+  keep_(tick);
+  tick_json(tick, json_);
+  mcap_->write(tick_channel_, time_ns(tick.sensors.time_s), json_);
+  if (live_ >= 0 && ticks_ % live_every == 0) send_live(json_);
+  ++ticks_;
+  last_.push_back(tick);
+  if (last_.size() > settings_.black_box_ticks) last_.pop_front();
+  note_changes(tick);
+}
+
+void RunLog::note_changes(const TickRecord& tick) {
+  const double t = tick.sensors.time_s;
+  if (tick.skipped > 0) event(t, "skipped", fmt::format("{} ticks", tick.skipped));
+  if (tick.decision.faults.bits() & ~faults_.bits()) event(t, "fault", to_string(tick.decision.faults));
+  faults_ = tick.decision.faults;
+  if (tick.decision.rung == rung_) return;
+  rung_ = tick.decision.rung;
+  const bool safe = rung_ == Rung::safe;
+  event(t, "rung", std::string(to_string(rung_)) + (safe ? ": " + to_string(tick.decision.safe_causes) : ""));
+  FaultSet stopped;
+  stopped.add(Fault::stopped);
+  if (safe && tick.decision.safe_causes != stopped) dump_black_box();
+}
+
+void RunLog::event(double time_s, const char* kind, const std::string& text) {
+  const nlohmann::ordered_json json = {{"time_s", time_s}, {"kind", kind}, {"text", text}};
+  mcap_->write(event_channel_, time_ns(time_s), json.dump());
+}
+
+void RunLog::dump_black_box() {
+  std::string csv = tick_csv_heading();
+  for (const TickRecord& tick : last_) tick_csv(tick, csv);
+  write_file_atomically(fmt::format("{}/{}-fault-{}.csv", settings_.folder, settings_.name, ++dumps_), csv);
+  mcap_->flush();
+}
+
+void RunLog::send_live(const std::string& json) {
+  for (const int port : settings_.udp_ports) {
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(static_cast<std::uint16_t>(port));
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    [[maybe_unused]] const ssize_t sent =  // nobody need listen
+        ::sendto(live_, json.data(), json.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+  }
+}
+
+std::uint64_t RunLog::time_ns(double time_s) const {
+  return settings_.start_ns + static_cast<std::uint64_t>(std::llround(1e9 * std::max(0.0, time_s)));
+}
+
+std::string RunLog::close(const std::map<std::string, std::string>& summary) {
+  if (!thread_.joinable()) return problem_;
+  stop_.store(true);
+  thread_.join();
+  if (!failed_.load()) {
+    try {
+      drain();
+      mcap_->flush();
+      mcap_->write_metadata("summary", summary);
+      mcap_->close();
+      ::fdatasync(file_);
+    } catch (const std::exception& error) {
+      problem_ = error.what();
+      failed_.store(true);
+    }
+  }
+  if (problem_.empty() && dropped_.load() > 0)
+    problem_ = fmt::format("{}: {} ticks are missing", path_, dropped_.load());
+  return problem_;
+}
+
+}  // namespace solenoid

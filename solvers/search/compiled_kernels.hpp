@@ -1,0 +1,17 @@
+#pragma once
+
+namespace solenoid {
+
+class PneumaticActuator;
+class PrestabilisedActuator;
+
+/// Whether the library has a model's kernels, compiled for several instruction sets: then rollout_kernel<M>() is linked,
+/// not instantiated. The names alone are here, so that every search sees them and learns nothing of the models.
+template <class M>
+inline constexpr bool compiled_kernels = false;
+template <>
+inline constexpr bool compiled_kernels<PneumaticActuator> = true;
+template <>
+inline constexpr bool compiled_kernels<PrestabilisedActuator> = true;
+
+}  // namespace solenoid

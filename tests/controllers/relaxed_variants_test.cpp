@@ -1,0 +1,45 @@
+// Relaxed variants through the factory: they track on their own model, whatever the motor does.
+#include "controllers/factory.hpp"
+#include "core/actuator/valves.hpp"
+
+#include <gtest/gtest.h>
+
+namespace solenoid {
+namespace {
+
+TEST(RelaxedVariants, TrackTheSineOnTheirOwnModel) {
+  for (const char* motor : {"none", "in_prediction", "joint"}) {
+    VariantConfig v;
+    v.solver = "sqp";
+    v.motor = motor;
+    const double start_m = v.believed.equilibrium_position_m();
+    const Trajectory motion = thesis_sine(start_m);
+    const auto controller = make_controller(v, motion, Plane::vertical);
+    const PneumaticActuator plant(v.believed);
+    const ModeSet modes = valve_modes(v.valves, v.believed);
+    const SwitchTiming timing(modes, 0.001);
+    SwitchLines lines(0);
+    ActuatorState x = {start_m, 0.0, 101325.0, 101325.0};
+    double sum = 0.0;
+    int solves = 0, failures = 0;
+    for (int k = 0; k < 2500; ++k) {
+      const Decision d = controller->step({0.001 * k, x[position], x[pressure_a], x[pressure_b], x, true});
+      solves += d.solved, failures += d.solved && !usable(d.report.status);
+      EXPECT_GE(modes.find(d.command.coils), 0);
+      EXPECT_LE(std::abs(d.command.motor_force_n), 8.0 + 1e-6);
+      sum += std::pow(x[position] - d.reference.position, 2);
+      lines.command(d.command.coils, timing);
+      Vector<double, 4> opening{};
+      std::ranges::copy(modes.point(lines.effective()), opening.begin());
+      x = plant.step<double>(x, opening, {d.command.motor_force_n}, 0.001);
+      lines.advance(1);
+    }
+    const double rmse_mm = 1e3 * std::sqrt(sum / 2500);
+    std::printf("  %s: %.3f mm, %d of %d solves unusable\n", motor, rmse_mm, failures, solves);
+    EXPECT_LT(rmse_mm, 0.05) << motor;
+    EXPECT_EQ(failures, 0) << motor;
+  }
+}
+
+}  // namespace
+}  // namespace solenoid

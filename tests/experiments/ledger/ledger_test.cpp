@@ -1,0 +1,71 @@
+#include "experiments/ledger/ledger.hpp"
+
+#include "experiments/base/result.hpp"
+#include "experiments/profile/shipped_instances.hpp"
+#include "solvers/minlp/bonmin.hpp"
+#include "tests/experiments/program_under_test.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace solenoid {
+namespace {
+
+InstanceSet shipped(const std::string& variant) {
+  InstanceSet set = parse_instances(shipped_instance_bytes(), shipped_instances_name);
+  std::erase_if(set.variants, [&](const VariantInstances& v) { return v.name != variant; });
+  return set;
+}
+
+TEST(Ledger, ChainHoldsOnRecordedStates) {
+  LedgerOptions options;
+  options.states = 12;
+  options.bonmin_states = 0;
+  const auto ledger = keep_ledger(shipped("nine_state"), options);
+  ASSERT_EQ(ledger.size(), 1u);
+  EXPECT_EQ(ledger[0].states.size(), 12u);
+  EXPECT_TRUE(ledger[0].violations.empty());
+  int below = 0;
+  for (const LedgerState& state : ledger[0].states) {
+    EXPECT_EQ(state.of(LedgerMethod::branch_and_bound).cost, state.bound);
+    EXPECT_EQ(state.of(LedgerMethod::exhaustive).cost, state.bound);
+    for (const LedgerMethod plan : {LedgerMethod::held, LedgerMethod::sum_up, LedgerMethod::cia,
+                                    LedgerMethod::sum_up_improved, LedgerMethod::cia_improved})
+      EXPECT_GE(state.of(plan).cost, state.bound) << to_string(plan);
+    EXPECT_LE(state.of(LedgerMethod::sum_up_improved).cost, state.of(LedgerMethod::sum_up).cost);
+    below += state.of(LedgerMethod::relaxed).cost < state.bound;
+    EXPECT_FALSE(state.of(LedgerMethod::bonmin).tried);
+  }
+  EXPECT_GT(below, 3);
+}
+
+TEST(Ledger, GapsAtABoundOfZeroAndListedViolations) {
+  LedgerState state;
+  state.bound = 0.0;
+  EXPECT_EQ(state.gap(LedgerMethod::held), 0.0);
+  state.entries[static_cast<std::size_t>(LedgerMethod::held)].cost = 1.0;
+  EXPECT_TRUE(std::isinf(state.gap(LedgerMethod::held)));
+  LedgerOfVariant variant{"made_up", "10", {state}, {{7, "cia 1 below branch and bound 2"}}, 0};
+  EXPECT_NE(result_of({variant}).text(false).find("record 7: cia 1 below"), std::string::npos);
+  const auto json = nlohmann::json::parse(result_of({variant}).json());
+  EXPECT_EQ(json["variants"][0]["violations"][0]["record"], 7);
+}
+
+TEST(Ledger, CommandPrintsJsonAndCsvAndRefusesUnknownVariants) {
+  const test::ProgramRun json =
+      test::run_program({"ledger", "--variant", "nine_state", "--states", "3", "--bonmin", "0", "--format", "json"});
+  EXPECT_EQ(json.exit_code, 0);
+  const auto parsed = nlohmann::json::parse(json.out);
+  EXPECT_EQ(parsed["variants"][0]["states"], 3);
+  EXPECT_EQ(parsed["variants"][0]["methods"].size(), 8u);
+  const test::ProgramRun csv =
+      test::run_program({"ledger", "--variant", "nine_state", "--states", "2", "--bonmin", "0", "--format", "csv"});
+  EXPECT_EQ(std::count(csv.out.begin(), csv.out.end(), '\n'), 1 + 2 * 8);
+  EXPECT_EQ(test::run_program({"ledger", "--variant", "nothing"}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace solenoid

@@ -1,0 +1,128 @@
+#include "core/config/reader.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/gnuplot.hpp"
+#include "experiments/campaign/campaign.hpp"
+#include "experiments/report/run_figure.hpp"
+#include "tests/experiments/program_under_test.hpp"
+
+#include <gmock/gmock.h>
+
+namespace solenoid {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+ScenarioConfig sine() {
+  ScenarioConfig s;
+  s.name = "sine";
+  s.trajectory = thesis_sine(0.0197);
+  return s;
+}
+
+TEST(Figure, IsASmallSvgWithFiveLabelledPlots) {
+  const test::Folder folder;
+  draw_figure(shipped_variant("thesis_pd"), sine(), 1, folder / "run.svg", FigureFormat::svg);
+  const std::string svg = test::text_of(folder / "run.svg");
+  EXPECT_THAT(svg, HasSubstr("<svg"));
+  EXPECT_THAT(svg, HasSubstr("</svg>"));
+  for (const char* label : {"position [mm]", "error [mm]", "valve mode", "cylinder force [N]", "motor force [N]",
+                            "time [s]", "thesis_pd", "sine", "RMSE", "desired", "actual"})
+    EXPECT_THAT(svg, HasSubstr(label));
+  EXPECT_THAT(svg, HasSubstr("exhaust A, fill B"));
+  EXPECT_LT(svg.size(), 300'000u);
+}
+
+TEST(Figure, NamesAllNineModesOfFourTwoWayValves) {
+  const test::Folder folder;
+  draw_figure(shipped_variant("nine_pd"), sine(), 1, folder / "run.svg", FigureFormat::svg);
+  const std::string svg = test::text_of(folder / "run.svg");
+  for (const char* mode : {"hold A, hold B", "hold A, fill B", "fill A, fill B", "exhaust A, exhaust B"})
+    EXPECT_THAT(svg, HasSubstr(mode));
+}
+
+TEST(Figure, IsAPngWhenAskedFor) {
+  const test::Folder folder;
+  ScenarioConfig brief = sine();
+  brief.duration_s = 0.1;
+  draw_figure(shipped_variant("thesis_cylinder"), brief, 1, folder / "run.png", FigureFormat::png);
+  EXPECT_EQ(test::text_of(folder / "run.png").substr(0, 8), "\x89PNG\r\n\x1a\n");
+}
+
+TEST(Figure, ANameIsTextAndNothingElse) {
+  const test::Folder folder;
+  const std::string trap = (folder / "trap").string();
+  VariantConfig variant = shipped_variant("thesis_cylinder");
+  variant.name = "a'; system('touch " + trap + "'); b=' `touch " + trap + "` @x \"q\"\nset output";
+  ScenarioConfig brief = sine();
+  brief.duration_s = 0.1;
+  draw_figure(variant, brief, 1, folder / "name ' with `touch x`.svg", FigureFormat::svg);
+  EXPECT_FALSE(std::filesystem::exists(trap));
+  EXPECT_THAT(test::text_of(folder / "name ' with `touch x`.svg"), HasSubstr("system("));
+}
+
+TEST(Figure, LeavesNothingWhereItCannotBeWritten) {
+  const test::Folder folder;
+  ScenarioConfig brief = sine();
+  brief.duration_s = 0.1;
+  const VariantConfig variant = shipped_variant("thesis_cylinder");
+  EXPECT_THROW(draw_figure(variant, brief, 1, folder / "no/run.svg", FigureFormat::svg), OutputError);
+  EXPECT_TRUE(folder.empty());
+  std::filesystem::create_directory(folder / "run.svg");
+  EXPECT_THROW(draw_figure(variant, brief, 1, folder / "run.svg", FigureFormat::svg), OutputError);
+  EXPECT_FALSE(std::filesystem::exists(folder / "run.svg.tmp"));
+}
+
+TEST(Gnuplot, SaysWhatItComplainedAbout) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.path() / "script") << "plot 'no such file'\n";
+  try {
+    run_gnuplot(folder.path(), "script");
+    FAIL() << "no complaint";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("gnuplot failed"));
+    EXPECT_THAT(error.what(), Not(HasSubstr("no message")));
+  }
+}
+
+TEST(PlotCommand, DrawsAShippedVariantOnAScenarioOfACampaign) {
+  const test::Folder folder;
+  std::ofstream(folder / "campaign.toml") << "[variant.mine]\nmotor = \"pd\"\n"
+                                             "[[scenario]]\nname = \"short\"\ntrajectory = { kind = \"sine\" }\n"
+                                             "duration_s = 0.2\nnoise = true\n";
+  const std::string campaign = folder / "campaign.toml", out = folder / "run.svg";
+  for (const char* variant : {"mine", "thesis_id"}) {
+    const test::ProgramRun run =
+        test::run_program({"plot", campaign, "--variant", variant, "--scenario", "short", "--seed", "7", "--svg", out});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_THAT(test::text_of(out), testing::AllOf(HasSubstr(variant), HasSubstr("seed 7")));
+  }
+}
+
+TEST(PlotCommand, RefusesUnknownNamesAndNeedsOneOutput) {
+  const test::Folder folder;
+  const std::string out = folder / "run.svg";
+  const test::ProgramRun variant = test::run_program({"plot", "--variant", "x", "--scenario", "sine_0", "--svg", out});
+  EXPECT_EQ(variant.exit_code, 2);
+  EXPECT_THAT(variant.err, testing::AllOf(HasSubstr("'x'"), HasSubstr("thesis_pd")));
+  const test::ProgramRun scenario =
+      test::run_program({"plot", "--variant", "thesis_pd", "--scenario", "y", "--svg", out});
+  EXPECT_EQ(scenario.exit_code, 2);
+  EXPECT_THAT(scenario.err, testing::AllOf(HasSubstr("'y'"), HasSubstr("sine_0")));
+  EXPECT_EQ(test::run_program({"plot", "--variant", "thesis_pd", "--scenario", "sine_0"}).exit_code, 2);
+  EXPECT_TRUE(folder.empty());
+}
+
+TEST(PlotCommand, NamesThePackageWhenGnuplotIsMissing) {
+  const test::Folder folder;
+  const std::string out = folder / "run.svg";
+  const test::ProgramRun run =
+      test::run_program({"plot", "--variant", "thesis_pd", "--scenario", "sine_0", "--svg", out}, "/nonexistent");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("apt-get install gnuplot-nox"));
+  EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1);
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+}  // namespace
+}  // namespace solenoid

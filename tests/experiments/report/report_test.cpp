@@ -1,0 +1,266 @@
+#include "experiments/base/embedded.hpp"
+#include "experiments/report/page.hpp"
+#include "experiments/report/report_data.hpp"
+#include "experiments/report/thesis_cell.hpp"
+#include "tests/experiments/program_under_test.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+
+namespace solenoid {
+namespace {
+
+using nlohmann::ordered_json;
+using testing::HasSubstr;
+
+#define NEEDS_UPLOT()                                   \
+  if (embedded_text("uplot/uPlot.iife.min.js").empty()) \
+  GTEST_SKIP() << "needs uPlot at build time: apt-get install npm, npm ci in the project's folder, build again"
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t n = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
+  return n;
+}
+
+/// The data of a page, as its script reads them.
+ordered_json data_of(const std::string& html) {
+  const std::string begin = "<script type=\"application/json\" id=\"data\">";
+  const std::size_t from = html.find(begin) + begin.size();
+  return ordered_json::parse(html.substr(from, html.find("</script>", from) - from));
+}
+
+/// The small campaign's results, made once.
+const test::Folder& small_results() {
+  static const test::Folder folder;
+  static const int exit_code = [] {
+    folder.write("c.toml", test::small_campaign);
+    const test::ProgramRun run = test::run_program(folder, "compare c.toml --out results --format json");
+    folder.write("results.json", run.out);
+    return run.exit_code;
+  }();
+  EXPECT_EQ(exit_code, 0);
+  return folder;
+}
+
+TEST(Report, IsOneFileWithEveryRunOfTheCampaign) {
+  NEEDS_UPLOT();
+  const test::Folder& folder = small_results();
+  const test::ProgramRun run = test::run_program(folder, "report results");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.out, "results/report.html\n");
+  const std::string html = test::text_of(folder / "results/report.html");
+  const ordered_json data = data_of(html);
+  EXPECT_EQ(data.at("format"), 1);
+  EXPECT_EQ(data.at("status"), "finished");
+  EXPECT_EQ(data.at("live"), false);
+  EXPECT_EQ(data.at("deadline_us"), 5000.0);
+  EXPECT_EQ(data.at("resolved_toml"), test::text_of(folder / "results/resolved.toml"));
+  EXPECT_EQ(data.at("manifest").at("counts").at("ok"), 8);
+  const ordered_json compared = ordered_json::parse(test::text_of(folder / "results.json")).at("runs");
+  ASSERT_EQ(data.at("runs").size(), compared.size());
+  for (std::size_t i = 0; i < compared.size(); ++i) {
+    const ordered_json& shown = data.at("runs")[i];
+    for (const auto& [key, value] : compared[i].items()) EXPECT_EQ(shown.at(key), value) << i << " " << key;
+    EXPECT_EQ(shown.at("trace"), "full");
+    EXPECT_GT(shown.at("solves").at("counts").size(), 0u);
+    EXPECT_EQ(count(html, fmt::format("id=\"full-{}\"", i)), 1u);
+  }
+}
+
+TEST(Report, AsksTheNetworkForNothing) {
+  NEEDS_UPLOT();
+  const test::Folder& folder = small_results();
+  const std::string html = report_of_folder(folder.file("results"), true);
+  for (const char* remote : {"src=\"", "<link rel=\"stylesheet", "@import", "url(http", "src='"})
+    EXPECT_EQ(count(html, remote), 0u) << remote;
+  EXPECT_THAT(html, HasSubstr("default-src 'none'"));
+}
+
+TEST(Report, RanksOverEachScenarioToo) {
+  NEEDS_UPLOT();
+  const ordered_json data = data_of(report_of_folder(small_results().file("results"), false));
+  ASSERT_EQ(data.at("rankings").size(), 3u);
+  EXPECT_EQ(data["rankings"][0].at("name"), "all scenarios");
+  EXPECT_EQ(data["rankings"][0].at("common"), 2);
+  EXPECT_EQ(data["rankings"][1].at("name"), "step");
+  EXPECT_EQ(data["rankings"][2].at("scenarios"), ordered_json::array({"loaded"}));
+  for (const ordered_json& ranking : data["rankings"]) {
+    ASSERT_EQ(ranking.at("variants").size(), 2u);
+    EXPECT_LE(ranking["variants"][0].at("rmse_mm").get<double>(), ranking["variants"][1].at("rmse_mm").get<double>());
+  }
+  EXPECT_EQ(data["runs"][0].at("trace"), "overview");
+}
+
+TEST(Report, TextOfTheDataIsNeverMarkup) {
+  NEEDS_UPLOT();
+  const std::string trap = "</script><script>alert(1)</script><!--<script>\xff\xe2\x80\xa8";
+  const auto page = [](const std::string& text) {
+    return report_page({{"campaign", text}, {"runs", {{{"status", "failed: " + text}}}}}, {{text, "", ""}});
+  };
+  const std::string plain = page("plain"), trapped = page(trap);
+  EXPECT_EQ(count(trapped, "<script"), count(plain, "<script"));
+  EXPECT_EQ(count(trapped, "</script"), count(plain, "</script"));
+  EXPECT_EQ(count(trapped, "<!--"), count(plain, "<!--"));
+  EXPECT_THAT(data_of(trapped).at("campaign").get<std::string>(), testing::StartsWith("</script><script>alert(1)"));
+}
+
+TEST(Report, Base64IsRfc4648) {
+  EXPECT_EQ(base64(""), "");
+  EXPECT_EQ(base64("f"), "Zg==");
+  EXPECT_EQ(base64("fo"), "Zm8=");
+  EXPECT_EQ(base64("foo"), "Zm9v");
+  EXPECT_EQ(base64(std::string("\xfb\xff\x00", 3)), "+/8A");
+}
+
+TEST(Report, AThousandRunsStaySmall) {
+  NEEDS_UPLOT();
+  const test::Folder folder;
+  std::filesystem::copy(small_results().file("results"), folder.file("r"), std::filesystem::copy_options::recursive);
+  std::string seeds;
+  for (int seed = 3; seed < 253; ++seed) {
+    seeds += fmt::format("{}{}", seed > 3 ? ", " : "", seed);
+    for (const char* cell : {"step--thesis_cylinder", "step--nine_pd", "loaded--thesis_cylinder", "loaded--nine_pd"}) {
+      const auto file = [&](int s, const char* kind) {
+        return folder.file(fmt::format("r/runs/{}--s{}.{}", cell, s, kind));
+      };
+      if (seed <= 4) continue;
+      ordered_json json = ordered_json::parse(test::text_of(file(3, "json")));
+      json["run"]["seed"] = seed;
+      std::ofstream(file(seed, "json")) << json;
+      std::filesystem::copy(file(3, "trace"), file(seed, "trace"));
+    }
+  }
+  ordered_json manifest = ordered_json::parse(test::text_of(folder / "r/manifest.json"));
+  manifest["seeds"] = ordered_json::parse("[" + seeds + "]");
+  std::ofstream(folder / "r/manifest.json") << manifest;
+  const std::string html = report_of_folder(folder.file("r"), true);
+  const ordered_json data = data_of(html);
+  EXPECT_EQ(data.at("runs").size(), 1000u);
+  EXPECT_EQ(data["runs"][999].at("seed"), 252);
+  EXPECT_LT(data.dump().size(), 1'500'000u);
+  EXPECT_EQ(count(html, "id=\"full-"), 1000u);
+  // The curves are the folder's, byte for byte after the rounding that they had.
+  const std::string begin = "id=\"full-999\">";
+  const std::size_t from = html.find(begin) + begin.size();
+  EXPECT_EQ(html.substr(from, html.find('<', from) - from),
+            base64(test::text_of(folder / "r/runs/loaded--nine_pd--s3.trace")));
+}
+
+TEST(Report, RunsOfAnotherCampaignInTheFolderAreLeftOut) {
+  NEEDS_UPLOT();
+  const test::Folder folder;
+  folder.write("c.toml", test::small_campaign);
+  ASSERT_EQ(test::run_program(folder, "compare c.toml --out r --scenario step").exit_code, 0);
+  ASSERT_EQ(test::run_program(folder, "compare c.toml --out r --scenario loaded --variant nine_pd").exit_code, 0);
+  EXPECT_EQ(data_of(report_of_folder(folder.file("r"), false)).at("runs").size(), 2u);
+}
+
+TEST(Report, ALogOfARunInRealTimeIsDrawnToo) {
+  NEEDS_UPLOT();
+  const test::Folder folder;
+  const test::ProgramRun run = test::run_program(
+      folder, "run nine_state --no-realtime --quiet --duration 0.3 --out r; '" SOLENOID_PROGRAM "' report r");
+  EXPECT_THAT(run.out, HasSubstr("r/report.html"));
+  const ordered_json data = data_of(test::text_of(folder / "r/report.html"));
+  ASSERT_EQ(data.at("runs").size(), 1u);
+  EXPECT_EQ(data["runs"][0].at("trace"), "full");
+}
+
+TEST(Report, DrawsEveryFigureForAPaper) {
+  const test::Folder& folder = small_results();
+  for (const char* figure : {"pareto", "solve_time", "step--nine_pd--s3"}) {
+    const test::ProgramRun run =
+        test::run_program(folder, fmt::format("report results --figure {0} --svg {0}.svg", figure));
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(run.out, fmt::format("{}.svg\n", figure));
+    EXPECT_THAT(test::text_of(folder.file(fmt::format("{}.svg", figure))), HasSubstr("</svg>"));
+  }
+  EXPECT_THAT(test::text_of(folder / "solve_time.svg"), HasSubstr("5 ms"));
+}
+
+TEST(Report, BadFoldersAreRefusedByName) {
+  const test::Folder folder;
+  const auto refused = [&](const std::string& arguments, const std::string& named) {
+    const test::ProgramRun run = test::run_program(folder, "report " + arguments);
+    EXPECT_EQ(run.exit_code, 2) << arguments;
+    EXPECT_THAT(run.err, HasSubstr(named));
+    EXPECT_THAT(run.err, HasSubstr("allowed"));
+    EXPECT_EQ(run.out, "");
+  };
+  const auto fresh = [&] {
+    std::filesystem::remove_all(folder.file("r"));
+    std::filesystem::copy(small_results().file("results"), folder.file("r"), std::filesystem::copy_options::recursive);
+  };
+  refused("nowhere", "nowhere: no folder");
+  folder.write("file", "x");
+  refused("file", "file: no folder");
+  std::filesystem::create_directory(folder.file("empty"));
+  refused("empty --figure pareto --svg a.svg", "empty/manifest.json: cannot be read");
+  fresh();
+  folder.write("r/manifest.json", "{ nonsense");
+  refused("r --svg a.svg", "r/manifest.json");
+  folder.write("r/manifest.json", "[]");
+  refused("r --svg a.svg", "r/manifest.json: key 'campaign'");
+  fresh();
+  std::filesystem::remove(folder.file("r/resolved.toml"));
+  refused("r --svg a.svg", "r/resolved.toml: is missing");
+  fresh();
+  folder.write("r/runs/step--nine_pd--s3.json", "{\"run\": {\"variant\": 3}}");
+  refused("r --svg a.svg", "r/runs/step--nine_pd--s3.json");
+  fresh();
+  folder.write("r/runs/step--nine_pd--s3.trace", "SLT1 and then rubbish");
+  refused("r --figure solve_time --svg a.svg", "r/runs/step--nine_pd--s3.trace: a trace's");
+  fresh();
+  refused("r --figure nothing --svg a.svg", "no run 'nothing'");
+  refused("r --figure pareto", "--figure: nothing to draw it into");
+}
+
+TEST(ThesisCell, IsFoundByTheLawAndTheTaskNotByNames) {
+  VariantConfig pd = shipped_variant("thesis_pd");
+  pd.name = "mine";
+  ScenarioConfig task;
+  task.trajectory = thesis_cycloidal(ActuatorParameters{}.equilibrium_position_m());
+  const auto simulated = thesis_cell(pd, task);
+  ASSERT_TRUE(simulated);
+  EXPECT_EQ(simulated->table, "6-1");
+  EXPECT_FALSE(simulated->measured);
+  EXPECT_EQ(simulated->rmse_mm.value, 0.15);
+  EXPECT_EQ(simulated->mae_mm.value, 0.61);
+  EXPECT_EQ(simulated->ssa_mm->value, 0.01);
+  EXPECT_TRUE(simulated->ssa_mm->upper_bound);
+  task.plant = "twin";
+  const auto measured = thesis_cell(pd, task);
+  ASSERT_TRUE(measured);
+  EXPECT_EQ(measured->table, "7-2");
+  EXPECT_TRUE(measured->measured);
+  task.trajectory = thesis_sine(0.0197);
+  task.plane = Plane::horizontal;
+  EXPECT_EQ(thesis_cell(pd, task)->table, "7-8");
+  EXPECT_FALSE(thesis_cell(pd, task)->sse_mm);
+}
+
+TEST(ThesisCell, AnotherLawOrTaskHasNone) {
+  const VariantConfig pd = shipped_variant("thesis_pd");
+  ScenarioConfig task;
+  task.trajectory = thesis_sine(0.0197);
+  EXPECT_TRUE(thesis_cell(pd, task));
+  EXPECT_FALSE(thesis_cell(shipped_variant("nine_pd"), task));
+  EXPECT_FALSE(thesis_cell(shipped_variant("thesis_pd_ekf"), task));
+  ScenarioConfig other = task;
+  other.payload_kg = 0.2;
+  EXPECT_FALSE(thesis_cell(pd, other));
+  other = task;
+  other.mismatch.friction = 1.5;
+  EXPECT_FALSE(thesis_cell(pd, other));
+  other = task;
+  other.duration_s = 4.0;
+  EXPECT_FALSE(thesis_cell(pd, other));
+  other.trajectory = thesis_sine(0.05);
+  other.duration_s = other.trajectory.duration_s();
+  EXPECT_FALSE(thesis_cell(pd, other));
+}
+
+}  // namespace
+}  // namespace solenoid

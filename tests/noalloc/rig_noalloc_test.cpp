@@ -1,0 +1,61 @@
+#include "controllers/timing.hpp"
+#include "core/rt/allocation_guard.hpp"
+#include "core/rt/clock.hpp"
+#include "core/rt/control_loop.hpp"
+#include "core/rt/ring.hpp"
+#include "experiments/campaign/campaign.hpp"
+#include "experiments/rig/background.hpp"
+#include "experiments/rig/faulty_plant.hpp"
+#include "experiments/rig/make_ladder.hpp"
+#include "experiments/rig/node_protocol.hpp"
+
+#include <gtest/gtest.h>
+
+namespace solenoid {
+namespace {
+
+struct RingRecorder {
+  void record(const TickRecord& tick) noexcept {
+    seen[static_cast<std::size_t>(tick.decision.rung)] = true;
+    ring.push(tick);
+  }
+  Ring<TickRecord> ring{64};  // it fills up, and refuses
+  std::array<bool, solenoid::rungs> seen{};
+};
+
+/// Every rung, skipped ticks and a re-arm: nothing of it allocates.
+TEST(HotPath, TheLadderAllocatesNothingOnAnyRung) {
+  const Campaign campaign = read_campaign("rig", {{"nine_state"}, {"cycloidal"}});
+  const ScenarioConfig& scenario = campaign.scenarios.front();
+  const VariantConfig& variant = campaign.variants.front();
+  LadderSettings settings;
+  settings.dmpc_slots = settings.motor_slots = 4;
+  // Plans that are not numbers from 0.1 s to 0.4 s: shifted, dmpc, motor, safe.
+  const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, settings,
+                                  in_background({}, parse_faults({"solver:nan@0.1+0.3"})));
+  FaultyPlant plant(make_plant(variant, scenario, 1), {}, variant.valves, 1);
+  CommandLimits limits = make_limits(variant);
+  RingRecorder recorder;
+  MonotonicClock clock;
+  ControlLoop loop(plant, clock, *ladder, limits, recorder);
+  const std::int64_t before = AllocationGuard::thread_allocations();
+  loop.run(500, tick_s);
+  ladder->request_rearm();
+  loop.run(100, tick_s);
+  EXPECT_EQ(AllocationGuard::thread_allocations() - before, 0);
+  EXPECT_TRUE(recorder.seen[static_cast<std::size_t>(Rung::fresh)]);
+  EXPECT_TRUE(recorder.seen[static_cast<std::size_t>(Rung::safe)]);
+}
+
+TEST(HotPath, PacketsAreMadeAndReadWithoutAllocation) {
+  const std::int64_t before = AllocationGuard::thread_allocations();
+  NodePacket packet;
+  packet.words = {1, 2, 3};
+  const auto bytes = packet.encode();
+  const auto again = NodePacket::decode({bytes.data(), bytes.size()});
+  EXPECT_EQ(AllocationGuard::thread_allocations() - before, 0);
+  ASSERT_TRUE(again);
+}
+
+}  // namespace
+}  // namespace solenoid

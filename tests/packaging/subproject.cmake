@@ -1,0 +1,23 @@
+# Configures a project that has the library in its tree, without any package of the program, and compiles one file of it.
+include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
+
+file(REMOVE_RECURSE ${WORK})
+set(without)
+foreach(package Boost CLI11 nlohmann_json spdlog ZLIB NLopt Python3 pybind11 GTest benchmark)
+  list(APPEND without -DCMAKE_DISABLE_FIND_PACKAGE_${package}=ON)
+endforeach()
+run(${CMAKE_COMMAND} -G Ninja -S ${SOURCE} -B ${WORK} ${without})
+run(${CMAKE_COMMAND} --build ${WORK} --target CMakeFiles/parent.dir/main.cpp.o)
+
+file(READ ${WORK}/compile_commands.json commands)
+cmake_path(SET root NORMALIZE ${SOURCE}/../../..)
+foreach(not_theirs -Werror ${root}experiments)
+  string(FIND "${commands}" "${not_theirs}" at)
+  if(NOT at LESS 0)
+    message(FATAL_ERROR "a project with the library in its tree is given ${not_theirs}")
+  endif()
+endforeach()
+file(READ ${WORK}/CMakeCache.txt cache)
+if(cache MATCHES "CMAKE_BUILD_TYPE:STRING=[A-Za-z]")
+  message(FATAL_ERROR "the library chose its parent's build type")
+endif()
