@@ -10,7 +10,7 @@ namespace solenoid {
 namespace {
 
 constexpr double edge_price = 0.05;  // in squared steps: breaks ties, and no more
-constexpr double most_owed = 2.0;    // steps; what no pulse can make up for is forgotten
+constexpr double most_owed = 0.4;    // of an interval; what no pulse can make up for is forgotten
 
 }  // namespace
 
@@ -45,7 +45,7 @@ void PulseWidth::round(const ModeSet& modes, const SwitchLines& in_flight, std::
       const SwitchPattern in_effect = lines.effective();
       for (std::size_t c = 0; c < static_cast<std::size_t>(timing_.switches); ++c) {
         error[c] += wanted_[static_cast<std::size_t>(i)][c] - static_cast<double>((in_effect >> c) & 1u);
-        error[c] = std::clamp(error[c], -most_owed, most_owed);
+        error[c] = std::clamp(error[c], -most_owed * intervals_[k], most_owed * intervals_[k]);
       }
       lines.advance(1);
     }
