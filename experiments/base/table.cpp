@@ -50,7 +50,9 @@ std::string csv_cell(const Json& value) {
   if (missing(value)) return "";
   if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
   if (value.is_number_float()) return fmt::format("{}", value.get<double>());
-  return csv_quoted(value.is_string() ? value.get<std::string>() : value.is_array() ? joined(value, " ") : value.dump());
+  return csv_quoted(value.is_string()  ? value.get<std::string>()
+                    : value.is_array() ? joined(value, " ")
+                                       : value.dump());
 }
 
 std::string csv_heading(std::string name) {

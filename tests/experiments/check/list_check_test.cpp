@@ -40,7 +40,8 @@ TEST(List, VariantsAsJson) {
 TEST(List, EverySectionAsTableAndJson) {
   Folder folder;
   const json all = json::parse(run_program(folder, "list --format json").out);
-  for (const char* section : {"variants", "scenarios", "solvers", "laws", "estimators", "keys", "parameters", "valves", "trajectories"}) {
+  for (const char* section :
+       {"variants", "scenarios", "solvers", "laws", "estimators", "keys", "parameters", "valves", "trajectories"}) {
     EXPECT_FALSE(all.at(section).empty()) << section;
     const ProgramRun table = run_program(folder, std::string("list ") + section);
     EXPECT_EQ(table.exit_code, 0);

@@ -1,6 +1,6 @@
 #include "core/config/reader.hpp"
-#include "experiments/campaign/variant_numbers.hpp"
 #include "experiments/campaign/simulate.hpp"
+#include "experiments/campaign/variant_numbers.hpp"
 #include "experiments/study/sweep.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
