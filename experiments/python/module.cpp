@@ -225,7 +225,10 @@ void bind_stepping(py::module_& m) {
       .def("step", &Controller::step, py::arg("sensors"))
       .def("applied", &Controller::applied, py::arg("command"));
   py::class_<SimulatedPlant>(m, "Plant")
-      .def(py::init(&make_plant), py::arg("variant"), py::arg("scenario"), py::arg("seed") = 1)
+      .def(py::init([](const VariantConfig& variant, const ScenarioConfig& scenario, std::uint64_t seed) {
+             return make_plant(variant, scenario, seed);
+           }),
+           py::arg("variant"), py::arg("scenario"), py::arg("seed") = 1)
       .def(
           "read", [](SimulatedPlant& p, double time_s) { return p.read(time_s); }, py::arg("time_s"))
       .def(
