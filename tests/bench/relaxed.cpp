@@ -6,9 +6,10 @@
 #include "controllers/factory.hpp"
 #include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
+#include "core/metrics/metrics.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
-#include "experiments/sim/simulate.hpp"
+#include "experiments/campaign/scenario.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -45,7 +46,7 @@ Options read_options(int count, char** words) {
 }
 
 TableReader shipped(const std::string& file) {
-  return TableReader::from_file(SOLENOID_SOURCE_DIR "/experiments/scenarios/" + file);
+  return TableReader::from_file(SOLENOID_SOURCE_DIR "/experiments/data/scenarios/" + file);
 }
 
 std::vector<ScenarioConfig> scenarios(double seconds) {
