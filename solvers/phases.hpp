@@ -12,8 +12,8 @@
 namespace solenoid {
 
 /// Parts of a solve worth a line in a profile. What belongs to none of them is the solver's bookkeeping.
-enum class Phase : std::uint8_t { rollout, factorisation, bound };
-inline constexpr std::size_t phase_count = 3;
+enum class Phase : std::uint8_t { rollout, factorisation, bound, derivatives };
+inline constexpr std::size_t phase_count = 4;
 
 /// Time spent in each phase, in ticks of the processor's own counter.
 struct PhaseTimes {

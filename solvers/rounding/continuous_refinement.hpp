@@ -2,6 +2,7 @@
 
 #include "core/mpc/deadline.hpp"
 #include "core/mpc/rollout.hpp"
+#include "solvers/phases.hpp"
 #include "solvers/relaxed/dual.hpp"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ namespace solenoid {
 
 struct ContinuousRefinementSettings {
   int most_iterations = 10;
-  double tolerance = 1e-6;  ///< relative decrease of the cost below which it ends
+  double tolerance = 1e-6;  ///< relative decrease of the cost, promised or found, below which it ends
 };
 
 /// The continuous input of each block, best for the modes as they are: projected Gauss-Newton steps [Bertsekas 1982] on
@@ -47,7 +48,7 @@ class ContinuousRefinement {
   /// iteration_limit, deadline_reached: stopped; else the plan that came had no finite cost and is unchanged.
   Report refine(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept {
     project(problem, plan);
-    Report report = evaluate(problem, plan);
+    Report report = rolled(problem, plan);
     if (report.status != Status::feasible || gradient_.size() == 0) return report;
     std::copy(plan.modes.begin(), plan.modes.end(), trial_.modes.begin());
     std::int64_t iterations = 0;
@@ -55,15 +56,17 @@ class ContinuousRefinement {
       if (iterations == settings_.most_iterations) report.status = Status::iteration_limit;
       if (deadline.passed()) report.status = Status::deadline_reached;
       if (report.status != Status::feasible) break;
-      with_best_lanes([&](auto lanes) { linearise<lanes>(problem, plan); });
-      find_step(problem, plan);
+      differentiate(problem, plan);
       const double before = report.cost;
+      if (find_step(problem, plan) <= settings_.tolerance * before) break;
       if (!search_along(problem, plan, report)) break;
       if (before - report.cost <= settings_.tolerance * before) break;
     }
     report.nodes = iterations;
     return report;
   }
+
+  void time_phases(PhaseTimes* into) noexcept { phases_ = into; }
 
  private:
   static_assert(M::continuous_size > 0);
@@ -73,6 +76,11 @@ class ContinuousRefinement {
     for (ContinuousOf<M>& u : plan.continuous)
       for (std::size_t i = 0; i < M::continuous_size; ++i)
         u[i] = std::min(std::max(u[i], problem.bounds.continuous_lower[i]), problem.bounds.continuous_upper[i]);
+  }
+
+  void differentiate(const Problem<M>& problem, const Plan<M>& plan) noexcept {
+    const PhaseScope timed(phases_, Phase::derivatives);
+    with_best_lanes([&](auto lanes) { linearise<lanes>(problem, plan); });
   }
 
   /// Half the gradient and half the Gauss-Newton Hessian of the cost in u, the sensitivities of the state carried along
@@ -168,7 +176,8 @@ class ContinuousRefinement {
   }
 
   /// The Gauss-Newton step over the inputs that are not held at a bound by the gradient.
-  void find_step(const Problem<M>& problem, const Plan<M>& plan) noexcept {
+  /// Returns the decrease of the cost that the squares promise for it.
+  double find_step(const Problem<M>& problem, const Plan<M>& plan) noexcept {
     const Eigen::Index n = gradient_.size();
     for (Eigen::Index i = 0; i < n; ++i) {
       const auto b = static_cast<std::size_t>(i) / M::continuous_size,
@@ -187,6 +196,7 @@ class ContinuousRefinement {
       }
     for (Eigen::Index i = 0; i < n; ++i) step_[i] = free_[static_cast<std::size_t>(i)] ? -gradient_[i] : 0.0;
     cholesky_solve();
+    return -gradient_.dot(step_);
   }
 
   /// step_ <- factor_^-1 step_, factor_ overwritten by its Cholesky factor.
@@ -211,7 +221,7 @@ class ContinuousRefinement {
           trial_.continuous[b][i] =
               plan.continuous[b][i] + length * step_[static_cast<Eigen::Index>(b * M::continuous_size + i)];
       project(problem, trial_);
-      const Report trial = evaluate(problem, trial_);
+      const Report trial = rolled(problem, trial_);
       if (trial.status != Status::feasible || !(trial.cost < report.cost)) continue;
       std::copy(trial_.continuous.begin(), trial_.continuous.end(), plan.continuous.begin());
       report = trial;
@@ -220,7 +230,13 @@ class ContinuousRefinement {
     return false;
   }
 
+  Report rolled(const Problem<M>& problem, Plan<M>& plan) noexcept {
+    const PhaseScope timed(phases_, Phase::rollout);
+    return evaluate(problem, plan);
+  }
+
   ContinuousRefinementSettings settings_;
+  PhaseTimes* phases_ = nullptr;
   SwitchTiming timing_;
   Eigen::MatrixXd hessian_, factor_;  // lower triangles
   Eigen::VectorXd gradient_, step_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "solvers/minlp/relaxed_gradient.hpp"
+#include "solvers/phases.hpp"
 
 #include <array>
 
@@ -38,7 +39,7 @@ struct ProjectedGradientSettings {
 ///           numerical_failure: the warm start has no finite cost
 /// promise   the best point met is left, never worse than the warm start; no allocation in solve
 template <HybridModel M>
-class ProjectedGradient final : public RelaxedSolver<M> {
+class ProjectedGradient final : public RelaxedSolver<M>, public PhaseTimed {
  public:
   explicit ProjectedGradient(const ProjectedGradientSettings& settings = {}) : settings_(settings) {}
 
@@ -66,6 +67,8 @@ class ProjectedGradient final : public RelaxedSolver<M> {
     return report;
   }
 
+  void time_phases(PhaseTimes* into) noexcept override { phases_ = into; }
+
  private:
   struct Point {
     std::vector<double> weights;
@@ -91,10 +94,12 @@ class ProjectedGradient final : public RelaxedSolver<M> {
     std::copy(from.weights.begin(), from.weights.end(), to.weights.begin());
     std::copy(from.continuous.begin(), from.continuous.end(), to.continuous.begin());
   }
-  double cost_of(const Problem<M>& problem, const Point& x) const noexcept {
+  [[gnu::flatten]] double cost_of(const Problem<M>& problem, const Point& x) const noexcept {
+    const PhaseScope timed(phases_, Phase::rollout);
     return relaxed_cost<M, double>(problem, timing_, grid_, std::span<const double>(x.weights), x.continuous);
   }
   double slope_at(const Problem<M>& problem, const Point& x, Point& slope) noexcept {
+    const PhaseScope timed(phases_, Phase::derivatives);
     return gradient_(problem, x.weights, x.continuous, slope.weights, slope.continuous);
   }
 
@@ -191,6 +196,7 @@ class ProjectedGradient final : public RelaxedSolver<M> {
   }
 
   ProjectedGradientSettings settings_;
+  PhaseTimes* phases_ = nullptr;
   SwitchTiming timing_;
   RelaxedGrid grid_;
   RelaxedGradient<M> gradient_;

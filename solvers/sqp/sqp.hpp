@@ -1,5 +1,6 @@
 #pragma once
 
+#include "solvers/phases.hpp"
 #include "solvers/qp/ocp_solver.hpp"
 #include "solvers/relaxed/dual.hpp"
 #include "solvers/relaxed/transcription.hpp"
@@ -38,7 +39,7 @@ struct SqpSettings {
 ///            steps (at a kink or a jump); infeasible: no inputs meet the linearised state bounds;
 ///            numerical_failure: the warm start's prediction is not finite; deadline_reached, iteration_limit
 template <HybridModel M, int P, int A>
-class Sqp final : public RelaxedSolver<M> {
+class Sqp final : public RelaxedSolver<M>, public PhaseTimed {
  public:
   using Trans = Transcription<M, P, A>;
 
@@ -48,6 +49,7 @@ class Sqp final : public RelaxedSolver<M> {
   Report solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept override;
   bool anticipates() const override { return true; }
   void anticipate(const Problem<M>& expected, const RelaxedPlan<M>& warm_start) noexcept override;
+  void time_phases(PhaseTimes* into) noexcept override { phases_ = into; }
 
  private:
   static constexpr int NX = Trans::NX, NU = Trans::NU, X = Trans::X, U = Trans::U, V = Trans::V;
@@ -81,6 +83,7 @@ class Sqp final : public RelaxedSolver<M> {
   void weigh_consumption(const Problem<M>& problem, std::size_t k) noexcept;
   void weigh_effort(const Problem<M>& problem, std::size_t k) noexcept;
   void set_bounds(const Problem<M>& problem, std::size_t k) noexcept;
+  qp::Info solve_qp(Deadline deadline) noexcept;
   void guess_active_set() noexcept;
   void damp(double by) noexcept;
   double merit(const Problem<M>& problem, const Point& at) noexcept;
@@ -93,6 +96,7 @@ class Sqp final : public RelaxedSolver<M> {
   void judge(const Problem<M>& problem, RelaxedPlan<M>& best) noexcept;
 
   SqpSettings settings_;
+  PhaseTimes* phases_ = nullptr;
   Trans t_;
   qp::OcpQp<X, U> qp_;
   qp::OcpSolution<X, U> step_;

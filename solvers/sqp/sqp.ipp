@@ -34,7 +34,7 @@ Report Sqp<M, P, A>::solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Dead
     if (!prepared && !linearise(problem, nodes)) break;
     damp(damping_);
     ++report.nodes;
-    const qp::Info info = qp_solver_.solve(qp_, step_, qp::Start::warm, deadline);
+    const qp::Info info = solve_qp(deadline);
     if (info.status == qp::Status::primal_infeasible || info.status == qp::Status::deadline_reached) {
       report.status = info.status == qp::Status::deadline_reached ? Status::deadline_reached : Status::infeasible;
       break;
@@ -135,9 +135,16 @@ void Sqp<M, P, A>::load(const Problem<M>& problem, const RelaxedPlan<M>& plan) n
   if (most > 0.0 && std::isfinite(most)) cost_scale_ = 1.0 / most;
 }
 
+template <HybridModel M, int P, int A>
+qp::Info Sqp<M, P, A>::solve_qp(Deadline deadline) noexcept {
+  const PhaseScope timed(phases_, Phase::factorisation);
+  return qp_solver_.solve(qp_, step_, qp::Start::warm, deadline);
+}
+
 /// The quadratic model around the current point, and its merit; false where it is not finite.
 template <HybridModel M, int P, int A>
 bool Sqp<M, P, A>::linearise(const Problem<M>& problem, Nodes nodes) noexcept {
+  const PhaseScope timed(phases_, Phase::derivatives);
   qp_.x0.setZero();
   cost_ = gaps_ = 0.0;
   for (std::size_t k = 0; k <= t_.stages(); ++k) {
@@ -360,6 +367,7 @@ void Sqp<M, P, A>::damp(double by) noexcept {
 /// cost + penalty |defects|_1, by the smooth physics, in units of the cost's scale.
 template <HybridModel M, int P, int A>
 [[gnu::flatten]] double Sqp<M, P, A>::merit(const Problem<M>& problem, const Point& at) noexcept {
+  const PhaseScope timed(phases_, Phase::rollout);
   double cost = 0.0, gaps = 0.0;
   typename Trans::Memory a = Trans::Memory::Zero();
   for (std::size_t k = 0; k < t_.stages(); ++k) {
@@ -441,6 +449,7 @@ void Sqp<M, P, A>::move(double length) noexcept {
 /// relaxed_cost() with everything inlined, as the rollouts of the searches are.
 template <HybridModel M, int P, int A>
 [[gnu::flatten]] double Sqp<M, P, A>::exact_cost(const Problem<M>& problem, RelaxedPlan<M>& plan) const noexcept {
+  const PhaseScope timed(phases_, Phase::rollout);
   return relaxed_cost<M, double>(problem, t_.timing, t_.grid, std::span<const double>(plan.weights), plan.continuous,
                                  plan.outputs);
 }

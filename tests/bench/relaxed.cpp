@@ -6,9 +6,10 @@
 #include "controllers/factory.hpp"
 #include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
+#include "core/metrics/metrics.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
-#include "experiments/campaign/simulate.hpp"
+#include "experiments/campaign/scenario.hpp"
 
 #include <algorithm>
 #include <cmath>
