@@ -73,7 +73,7 @@ double best_rmse_mm(const std::string& csv) {
   return best;
 }
 
-/// Issue 10: identify a mismatched plant, write the file, compare with it.
+/// A mismatched plant is identified, its file written, and compared with.
 TEST(IdentifyCommand, ItsParametersMakeTheBestVariantOfAMismatchedTwinBetter) {
   const Folder folder;
   const std::string campaign = SOLENOID_SOURCE_DIR "/experiments/data/tried/identified.toml";
