@@ -55,9 +55,10 @@ std::string csv_cell(const Json& value) {
                                        : value.dump());
 }
 
-std::string csv_heading(std::string name) {
+std::string csv_heading(const Table::Column& column) {
+  std::string name = column.name;
   if (name.ends_with('?')) name.pop_back();
-  std::ranges::replace(name, '.', '_');
+  if (column.data != Table::Data::csv) std::ranges::replace(name, '.', '_');
   return csv_quoted(name);
 }
 
@@ -144,7 +145,7 @@ std::string Table::csv() const {
     }
     text += '\n';
   };
-  line([&](std::size_t c) { return csv_heading(columns[c].name); });
+  line([&](std::size_t c) { return csv_heading(columns[c]); });
   for (const Row& row : rows) line([&](std::size_t c) { return csv_cell(row[c].value); });
   return text;
 }

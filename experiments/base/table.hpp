@@ -29,7 +29,8 @@ struct Table {
   enum class Data { both, json, csv };
   struct Column {
     /// The key of JSON and heading of CSV, its unit at the end: "rmse_mm". A dot nests objects, "cold.us_p50", and is _
-    /// in CSV. A '?' at the end: JSON leaves out what is missing. Empty: only for a person.
+    /// in CSV, but for a column of CSV alone. A '?' at the end: JSON leaves out what is missing. Empty: only for a
+    /// person.
     std::string name;
     std::string heading;  ///< for a person: meaning and unit. Empty: only data
     /// How a number reads, as in fmt: ".3f", with a '%' at the end a hundred times as large, as per cent of its share.

@@ -60,11 +60,11 @@ std::vector<ScalingRow> study_scaling(const ScalingOptions& options,
                                       const std::function<void(const std::string&)>& progress,
                                       const std::function<bool()>& stop);
 
-/// Nodes and times, then what is proven by each deadline. JSON: {"model", "switching", "instances", "solve_cap_ms", "cpu",
-/// "rows": [{valves, states, blocks, periods, sequences, full_tree, enumeration | null, cold, warm: {nodes_p50, nodes_p99,
-/// nodes_max, us_p50, us_p99, us_max, proven}, deadlines: [{deadline_ms, proven, open, gap_p50, gap_p90, gap_max}]}]}. A
-/// gap of no instance is null. CSV: a line a row with the same numbers. Drawn are times, nodes and shares proven over the
-/// blocks, a column a valve set.
+/// Nodes and times, then what is proven by each deadline. JSON: {"model", "switching", "instances", "solve_cap_ms",
+/// "cpu", "rows": [{valves, states, blocks, periods, sequences, full_tree, enumeration | null, cold, warm: {nodes_p50,
+/// nodes_p99, nodes_max, us_p50, us_p99, us_max, proven}, deadlines: [{deadline_ms, proven, open, gap_p50, gap_p90,
+/// gap_max}]}]}. A gap of no instance is null. CSV: a line a row with the same numbers. Drawn are times, nodes and
+/// shares proven over the blocks, a column a valve set.
 Result result_of(const ScalingOptions& options, std::span<const ScalingRow> rows);
 
 }  // namespace solenoid

@@ -95,8 +95,8 @@ using StudyRows = std::vector<StudyPoint>;
 /// The rows of each table.
 std::vector<StudyRows> study_rows(const Study& study, std::span<const RunRecord> records);
 
-/// JSON: {"study", "title", "key", "tables": [{name, title, rows: [{variant, value, runs, bad, FIGURE..., to_best, knee}]}]}.
-/// CSV: table,variant,value,runs,bad,figure,number, a line a number. Drawn are the panels.
+/// JSON: {"study", "title", "key", "tables": [{name, title, rows: [{variant, value, runs, bad, FIGURE..., to_best,
+/// knee}]}]}. CSV: table,variant,value,runs,bad,figure,number, a line a number. Drawn are the panels.
 Result result_of(const Study& study, std::span<const StudyRows> rows);
 
 }  // namespace solenoid

@@ -47,12 +47,12 @@ TEST(Table, NumbersReadByTheirColumnsFormatAndMissingOnesAsADash) {
 
 TEST(Table, CsvQuotesWhatWouldEndACellAndLeavesMissingOnesEmpty) {
   Table table{.columns = {Column("name", "shown"), Column("a.b"), Column("flag?"), Column("", "only shown"),
-                          Column("object", "", "", Data::json), Column("list", "", "", Data::csv)}};
+                          Column("object", "", "", Data::json), Column("list_at_0.5", "", "", Data::csv)}};
   table.add({"a, \"b\"", 0.1 + 0.2, true, 1, Json::object(), std::vector<int>{1, 2}});
   table.add({"line\nend", std::nan(""), nullptr, 1, nullptr, nullptr});
   table.add({"plain", std::numeric_limits<double>::infinity(), false, 1, nullptr, nullptr});
   EXPECT_EQ(table.csv(),
-            "name,a_b,flag,list\n"
+            "name,a_b,flag,list_at_0.5\n"
             "\"a, \"\"b\"\"\",0.30000000000000004,1,1 2\n"
             "\"line\nend\",,,\n"
             "plain,inf,0,\n");
