@@ -30,7 +30,7 @@ class SolverAround : public Solver<M> {
  public:
   explicit SolverAround(std::unique_ptr<Solver<M>> inner) : inner_(std::move(inner)) {}
   void prepare(const Problem<M>& problem) override { inner_->prepare(problem); }
-  Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
+  SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
     return inner_->solve(problem, plan, deadline);
   }
   bool anticipates() const override { return inner_->anticipates(); }

@@ -51,7 +51,7 @@ void check_extended_cost(TableReader& table, const VariantConfig& v) {
 
 /// Each interval of the relaxation is as long as the longest delay, and its pulses are tried one by one.
 void check_pulses(TableReader& table, const VariantConfig& v) {
-  const double longest_s = std::max(v.believed.energise_delay_s, v.believed.deenergise_delay_s);
+  const double longest_s = std::max(v.nominal.energise_delay_s, v.nominal.deenergise_delay_s);
   if (longest_s > (PulseWidth::longest_interval + 0.5) * tick_s)
     table.fail("solver", fmt::format("'{}' cuts pulses in intervals as long as the longest valve delay, here {:g} ms "
                                      "(allowed: delays of at most {} ms, or another solver)",

@@ -92,7 +92,7 @@ const EstimatorRow& estimator_row(std::string_view name);
 /// Throws ConfigError, naming what to run instead, for a variant whose solver is not real time.
 void require_real_time(const VariantConfig& variant);
 
-/// The estimator of this name over a believed model. May allocate; throws std::invalid_argument.
+/// The estimator of this name over a nominal model. May allocate; throws std::invalid_argument.
 Estimator make_estimator(std::string_view name, const PneumaticActuator& model, const EstimatorTuning& tuning);
 
 }  // namespace solenoid

@@ -19,7 +19,7 @@ class CommandsInFlight {
   explicit CommandsInFlight(const ModeSet& modes) : modes_(modes), timing_(modes, tick_s) {}
 
   /// The lines as the next tick begins.
-  const SwitchLines& lines() const { return lines_; }
+  const DelayLines& lines() const { return lines_; }
 
   /// This tick's command acts until the next; returns the switch states it finds in effect.
   SwitchPattern take(const Command& command, Estimator& estimator) noexcept {
@@ -65,7 +65,7 @@ class CommandsInFlight {
 
   ModeSet modes_;
   SwitchTiming timing_;
-  SwitchLines lines_{0}, before_{0};
+  DelayLines lines_{0}, before_{0};
   Command last_;
   double last_time_s_ = 0.0;
   bool begun_ = false;

@@ -69,7 +69,7 @@ std::unique_ptr<Controller> make_controller(const VariantConfig& v, const Trajec
 }
 
 CommandLimits make_limits(const VariantConfig& v) {
-  return {valve_modes(v.valves, v.believed), v.believed.motor_force_limit_n()};
+  return {valve_modes(v.valves, v.nominal), v.nominal.motor_force_limit_n()};
 }
 
 }  // namespace solenoid

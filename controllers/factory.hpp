@@ -41,12 +41,12 @@ CommandLimits make_limits(const VariantConfig& variant);
 /// What the variant believes, with the arm in this plane.
 template <HybridModel Model>
 Model make_model(const VariantConfig& v, Plane plane) {
-  ActuatorParameters believed = v.believed;
-  believed.plane = plane;
+  ActuatorParameters nominal = v.nominal;
+  nominal.plane = plane;
   if constexpr (HasFeedback<Model>)
-    return Model(believed, v.motor_gains);
+    return Model(nominal, v.motor_gains);
   else
-    return Model(believed);
+    return Model(nominal);
 }
 
 /// The motor's law beside the valves.

@@ -21,7 +21,7 @@ class PdMotor {
   MotorGains gains_;
 };
 
-/// Inverse dynamics (5.12): the PD law plus m_eq a_d - F_cyl - F_grav + F_fric of the believed model, saturated.
+/// Inverse dynamics (5.12): the PD law plus m_eq a_d - F_cyl - F_grav + F_fric of the nominal model, saturated.
 /// Friction is F_cf sign(v) + C_vf v, none at rest. A load that an estimator found enters mass and gravity (payload)
 /// and is subtracted (external force).
 class InverseDynamicsMotor {

@@ -27,7 +27,7 @@ template <HybridModel Model>
 class MpcController {
  public:
   struct Parts {
-    Problem<Model> problem;  ///< model believed, modes, horizon, cost; state and reference are filled in each period
+    Problem<Model> problem;  ///< nominal model, modes, horizon, cost; state and reference are filled in each period
     std::unique_ptr<Solver<Model>> solver;
     IntegralSettings integral;
     std::optional<double> deadline_ms;

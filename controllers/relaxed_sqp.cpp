@@ -12,7 +12,7 @@ class SizedSqp final : public RelaxedSolver<Model> {
     sqp_ = make_sqp(problem, {.max_iterations = 8}, std::tuple<SqpSize<2, 2>, SqpSize<4, 4>>());
     sqp_->prepare(problem, grid);
   }
-  Report solve(const Problem<Model>& problem, RelaxedPlan<Model>& plan, Deadline deadline) noexcept override {
+  SolveReport solve(const Problem<Model>& problem, RelaxedPlan<Model>& plan, Deadline deadline) noexcept override {
     return sqp_->solve(problem, plan, deadline);
   }
   bool anticipates() const override { return sqp_->anticipates(); }

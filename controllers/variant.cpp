@@ -19,17 +19,17 @@ void read_model(TableReader& table, VariantConfig& v) {
   if (table.is_table("model")) {
     v.model = "table";
     TableReader parameters = table.table("model");
-    v.believed = read_parameters(parameters);
+    v.nominal = read_parameters(parameters);
     return;
   }
   v.model = table.text_or("model", v.model);
   if (v.model.ends_with(".toml")) {
     TableReader parameters = table.file_table("model");
-    v.believed = read_parameters(parameters);
+    v.nominal = read_parameters(parameters);
     return;
   }
   try {
-    v.believed = named_parameters(v.model);
+    v.nominal = named_parameters(v.model);
   } catch (const std::invalid_argument& error) {
     table.fail("model", fmt::format("{}, or a file of parameters ending in .toml", error.what()));
   }

@@ -48,7 +48,7 @@ struct VariantConfig {
   std::string summary;  ///< one line for `list`
   std::string valves = "three_way";
   std::string model = "consistent";  ///< a parameter set's name, or a file of parameters
-  ActuatorParameters believed;       ///< `model`, read
+  ActuatorParameters nominal;        ///< `model`, read
   std::string estimator = "thesis";
   EstimatorTuning estimation;         ///< of the estimator's name, with what the variant overrides
   UseEstimate use_estimate;           ///< in the prediction and in inverse dynamics; the state always is

@@ -36,9 +36,9 @@ class ExtendedCostSearch final : public Solver<M> {
       throw std::invalid_argument("extended_cost with more than one block needs a mode with every valve closed");
   }
 
-  Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
+  SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
     const auto start = Deadline::Clock::now();
-    Report best;
+    SolveReport best;
     best.status = Status::optimal;
     int chosen = -1;
     bool any_feasible = false;
@@ -97,7 +97,7 @@ class ExtendedCostSearch final : public Solver<M> {
     return cost + weight_ * error * error;
   }
 
-  void conclude(const Problem<M>& problem, int chosen, Plan<M>& plan, Report& report) const noexcept {
+  void conclude(const Problem<M>& problem, int chosen, Plan<M>& plan, SolveReport& report) const noexcept {
     const int hold = std::max(0, problem.modes.find(problem.lines.commanded()));
     for (std::size_t b = 0; b < plan.modes.size(); ++b) plan.modes[b] = chosen < 0 ? hold : b == 0 ? chosen : closed_;
     if (report.status == Status::deadline_reached)

@@ -17,7 +17,7 @@ struct LawInput {
   ReferenceSample desired;  ///< of this tick
   ActuatorState state;      ///< estimated
   double motor_force_n = 0.0;
-  const PneumaticActuator& model;  ///< believed, with the estimated load if the variant uses it
+  const PneumaticActuator& model;  ///< nominal, with the estimated load if the variant uses it
 };
 
 /// What a valve does with its chamber.
@@ -51,7 +51,7 @@ class ChamberPatterns {
   std::array<std::optional<SwitchPattern>, 9> patterns_{};
 };
 
-/// Acceleration of the slide [m/s2] under the believed forces of cylinder, load, motor and friction, from one model
+/// Acceleration of the slide [m/s2] under the nominal forces of cylinder, load, motor and friction, from one model
 /// step with every valve closed: what pressure sensors give in place of a second difference of the position.
 inline double believed_acceleration(const PneumaticActuator& model, const ActuatorState& x, double motor_n) noexcept {
   constexpr double dt = 1e-3;

@@ -12,7 +12,7 @@ namespace solenoid {
 /// applied in it at state x. No allocation or exception.
 template <HybridModel M, class Commanded, class Motor>
 StateOf<M> forecast(const M& model, const ModeSet& modes, const SwitchTiming& timing, StateOf<M> state,
-                    SwitchLines& lines, int ticks, double dt, const Commanded& commanded, const Motor& motor) noexcept {
+                    DelayLines& lines, int ticks, double dt, const Commanded& commanded, const Motor& motor) noexcept {
   SwitchedOf<M> switched{};
   for (int j = 0; j < ticks; ++j) {
     lines.command(commanded(j), timing);

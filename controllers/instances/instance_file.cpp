@@ -136,13 +136,13 @@ void write_record(Writer& out, const InstanceRecord& r, int switches) {
   out.byte(static_cast<std::uint8_t>((offset ? has_offset : 0) | (own ? has_rows : 0) |
                                      (continuous ? has_continuous : 0) | (r.load ? has_load : 0) |
                                      (r.warm_weights.empty() ? 0 : has_relaxation)));
-  out.count(r.situation);
+  out.count(r.motion);
   out.count(r.start);
   if (offset) out.number(r.offset_m);
   for (const double x : r.initial) out.number(x);
   out.count(r.lines.commanded());
   for (int c = 0; c < switches; ++c) {
-    const SwitchLines::Line line = r.lines.line(static_cast<std::size_t>(c));
+    const DelayLines::Line line = r.lines.line(static_cast<std::size_t>(c));
     out.count(zigzag(line.states));
     out.count(static_cast<std::uint64_t>(line.age));
   }
@@ -188,13 +188,13 @@ void read_plan(Reader& in, const Shape& shape, bool with, std::vector<int>& mode
 
 void read_lines(Reader& in, const Shape& shape, InstanceRecord& r) {
   const auto commanded = static_cast<SwitchPattern>(in.count((std::uint64_t{1} << shape.switches) - 1));
-  std::array<SwitchLines::Line, max_switches> lines{};
+  std::array<DelayLines::Line, max_switches> lines{};
   for (int c = 0; c < shape.switches; ++c) {
-    SwitchLines::Line& line = lines[static_cast<std::size_t>(c)];
+    DelayLines::Line& line = lines[static_cast<std::size_t>(c)];
     line.states = from_zigzag(in.count(~std::uint64_t{0}));
-    line.age = static_cast<int>(in.count(SwitchLines::max_age));
+    line.age = static_cast<int>(in.count(DelayLines::max_age));
   }
-  r.lines = SwitchLines::restored(commanded, lines);
+  r.lines = DelayLines::restored(commanded, lines);
 }
 
 void read_relaxation(Reader& in, const Shape& shape, InstanceRecord& r) {
@@ -209,12 +209,12 @@ void read_relaxation(Reader& in, const Shape& shape, InstanceRecord& r) {
   for (int c = 0; c < shape.switches; ++c) r.warm_owed[static_cast<std::size_t>(c)] = in.number();
 }
 
-InstanceRecord read_record(Reader& in, const Shape& shape, const std::vector<Situation>& situations) {
+InstanceRecord read_record(Reader& in, const Shape& shape, const std::vector<RecordedMotion>& motions) {
   InstanceRecord r;
   const std::uint8_t flags = in.byte();
   in.require((flags & ~shape.flags) == 0,
              "an unknown kind of record (allowed: flags 1, 2, 4, from version 2 on 8, from 3 on 16)");
-  r.situation = static_cast<std::uint32_t>(in.count(situations.size() - 1));
+  r.motion = static_cast<std::uint32_t>(in.count(motions.size() - 1));
   r.start = static_cast<std::uint32_t>(in.count(0xffffffffu));
   if (flags & has_offset) r.offset_m = in.number();
   for (double& x : r.initial) x = in.number();
@@ -232,8 +232,8 @@ InstanceRecord read_record(Reader& in, const Shape& shape, const std::vector<Sit
     in.require(r.reference.size() == shape.steps && r.setpoint.size() == shape.setpoints,
                "rows that are not the horizon's (allowed: one a step)");
   } else {
-    in.require(r.start >= 1 && r.start + shape.steps <= situations[r.situation].rows.size(),
-               "a window outside its situation's rows (allowed: start >= 1, start + steps <= rows)");
+    in.require(r.start >= 1 && r.start + shape.steps <= motions[r.motion].rows.size(),
+               "a window outside its motion's rows (allowed: start >= 1, start + steps <= rows)");
   }
   if (flags & has_load) r.load = {in.number(), in.number()};
   if (flags & has_relaxation) read_relaxation(in, shape, r);
@@ -253,14 +253,14 @@ VariantInstances read_variant_instances(Reader& in, const std::string& name, std
   if (version < 2) shape.flags &= ~has_load;
   if (version < 3) shape.flags &= ~has_relaxation;
   const std::size_t records = in.count_of(44);
-  in.require(records == 0 || !set.situations.empty(), "records without situations (allowed: at least one)");
+  in.require(records == 0 || !set.motions.empty(), "records without motions (allowed: at least one)");
   v.records.reserve(records);
-  for (std::size_t i = 0; i < records; ++i) v.records.push_back(read_record(in, shape, set.situations));
+  for (std::size_t i = 0; i < records; ++i) v.records.push_back(read_record(in, shape, set.motions));
   return v;
 }
 
-Situation read_situation(Reader& in) {
-  Situation s;
+RecordedMotion read_motion(Reader& in) {
+  RecordedMotion s;
   s.name = in.text();
   const std::uint8_t plane = in.byte();
   in.require(plane <= 1, "an unknown plane (allowed: 0 vertical, 1 horizontal)");
@@ -292,8 +292,8 @@ std::string instance_bytes(const InstanceSet& set) {
   Writer out;
   out.bytes_ = magic;
   out.fixed(instance_format_version, 4);
-  out.count(set.situations.size());
-  for (const Situation& s : set.situations) {
+  out.count(set.motions.size());
+  for (const RecordedMotion& s : set.motions) {
     out.text(s.name);
     out.byte(s.plane == Plane::vertical ? 0 : 1);
     out.rows(s.rows);
@@ -314,7 +314,7 @@ InstanceSet parse_instances(std::string_view bytes, const std::string& name) {
   std::uint32_t version = 0;
   Reader in(body_of(bytes, name, version), name);
   InstanceSet set;
-  for (std::size_t left = in.count_of(3); left > 0; --left) set.situations.push_back(read_situation(in));
+  for (std::size_t left = in.count_of(3); left > 0; --left) set.motions.push_back(read_motion(in));
   for (std::size_t left = in.count_of(3); left > 0; --left)
     set.variants.push_back(read_variant_instances(in, name, version, set));
   in.require(in.done(), "more bytes than the set has (allowed: nothing behind the last record)");

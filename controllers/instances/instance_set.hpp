@@ -13,7 +13,7 @@ namespace solenoid {
 
 /// Where instances were recorded: a motion at whole model steps. rows[k] is the desired position [m] and velocity [m/s]
 /// at k ms.
-struct Situation {
+struct RecordedMotion {
   std::string name;
   Plane plane = Plane::vertical;
   std::vector<std::array<double, 2>> rows;
@@ -21,14 +21,14 @@ struct Situation {
 
 /// One solve of a closed loop: what was asked, and what the recording solver answered.
 ///
-/// The reference is the situation's motion from row `start` on, its position raised by `offset_m`; the set-points of a
+/// The reference is the motion from row `start` on, its position raised by `offset_m`; the set-points of a
 /// model with feedback begin a row earlier. An instance whose reference is no such window carries its own rows.
 struct InstanceRecord {
-  std::uint32_t situation = 0;
+  std::uint32_t motion = 0;
   std::uint32_t start = 1;
   double offset_m = 0.0;
   ActuatorState initial{};
-  SwitchLines lines;
+  DelayLines lines;
   std::vector<int> warm_modes;
   std::vector<double> warm_continuous;                     ///< [N], one a block
   std::vector<std::array<double, 2>> reference, setpoint;  ///< own rows; empty: the window
@@ -56,7 +56,7 @@ struct VariantInstances {
 
 /// A set of problems to judge solvers on; docs/reference/instances.md describes its file byte by byte.
 struct InstanceSet {
-  std::vector<Situation> situations;
+  std::vector<RecordedMotion> motions;
   std::vector<VariantInstances> variants;
 };
 
@@ -70,12 +70,12 @@ InstanceSet parse_instances(std::string_view bytes, const std::string& name);
 /// The set as a file's bytes.
 std::string instance_bytes(const InstanceSet& set);
 
-/// Puts an instance into the problem of its variant and situation's plane (make_problem), and its warm start into
+/// Puts an instance into the problem of its variant and its motion's plane (make_problem), and its warm start into
 /// `plan`. Allocates only when the sizes of either change.
 template <HybridModel Model>
 void pose(const InstanceSet& set, const InstanceRecord& record, Problem<Model>& problem, Plan<Model>& plan) {
   static_assert(Model::state_size == 4 && Model::output_size == 2 && Model::continuous_size == 1);
-  const auto& rows = set.situations[record.situation].rows;
+  const auto& rows = set.motions[record.motion].rows;
   if (record.load) problem.model.set_load(record.load->payload_kg, record.load->external_force_n);
   problem.initial = record.initial;
   problem.lines = record.lines;

@@ -12,7 +12,7 @@ template <HybridModel Model>
 struct PosedInstance {
   std::int64_t solve = 0;  ///< which of the solver's solves, from 0
   StateOf<Model> initial{};
-  SwitchLines lines;
+  DelayLines lines;
   std::vector<OutputOf<Model>> reference, setpoint;
   Plan<Model> warm_start;
 };
@@ -37,7 +37,7 @@ class RecordingSolver final : public SolverAround<Model> {
     solves_ = 0;
   }
 
-  Report solve(const Problem<Model>& problem, Plan<Model>& plan, Deadline deadline) noexcept override {
+  SolveReport solve(const Problem<Model>& problem, Plan<Model>& plan, Deadline deadline) noexcept override {
     if (solves_ % every_ == 0 && used_ < into_.size()) {
       PosedInstance<Model>& copy = into_[used_++];
       copy.solve = solves_;

@@ -89,7 +89,7 @@ class FallbackLadder final : public Controller {
   ActuatorKalman watch_, new_watch_;
   ActuatorState watched_{};
 
-  SwitchLines lines_{0};
+  DelayLines lines_{0};
   Command decided_, last_left_;
   SwitchPattern dmpc_coils_ = 0;
   FaultSet causes_;

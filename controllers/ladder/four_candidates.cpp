@@ -37,7 +37,7 @@ FourCandidates::FourCandidates(const PneumaticActuator& model, const ModeSet& mo
   solver_.prepare(problem_);
 }
 
-SwitchPattern FourCandidates::search(const ActuatorState& state, const SwitchLines& lines,
+SwitchPattern FourCandidates::search(const ActuatorState& state, const DelayLines& lines,
                                      const RestartableReference& reference, double time_s) noexcept {
   problem_.initial = problem_.model.nearest_valid(state);
   problem_.lines = lines;
@@ -45,7 +45,7 @@ SwitchPattern FourCandidates::search(const ActuatorState& state, const SwitchLin
     const ReferenceSample ahead = reference.at(time_s + static_cast<double>(j + 1) * tick_s);
     problem_.reference[j] = {ahead.position, ahead.velocity};
   }
-  const Report report = solver_.solve(problem_, plan_, Deadline::never());
+  const SolveReport report = solver_.solve(problem_, plan_, Deadline::never());
   return usable(report.status) ? problem_.modes.pattern(plan_.modes.front()) : SwitchPattern{0};
 }
 

@@ -17,7 +17,7 @@ class FourCandidates {
   FourCandidates(const PneumaticActuator& model, const ModeSet& modes, int steps = 100);
 
   /// The coils to hold from now: state, commands in flight, reference from `time_s` on. No allocation or exception.
-  SwitchPattern search(const ActuatorState& state, const SwitchLines& lines, const RestartableReference& reference,
+  SwitchPattern search(const ActuatorState& state, const DelayLines& lines, const RestartableReference& reference,
                        double time_s) noexcept;
 
   const ModeSet& modes() const { return problem_.modes; }

@@ -112,12 +112,12 @@ std::vector<std::string> rounded_times(const ModeSet& modes, double dt) {
   return lines;
 }
 
-SwitchLines::SwitchLines(SwitchPattern pattern) : commanded_(pattern) {
+DelayLines::DelayLines(SwitchPattern pattern) : commanded_(pattern) {
   for (std::size_t c = 0; c < max_switches; ++c) line_[c] = ((pattern >> c) & 1u) ? -1 : 0;
 }
 
-SwitchLines SwitchLines::restored(SwitchPattern commanded, std::span<const Line> lines) {
-  SwitchLines restored;
+DelayLines DelayLines::restored(SwitchPattern commanded, std::span<const Line> lines) {
+  DelayLines restored;
   restored.commanded_ = commanded;
   for (std::size_t c = 0; c < lines.size() && c < max_switches; ++c) {
     restored.line_[c] = lines[c].states;
@@ -126,7 +126,7 @@ SwitchLines SwitchLines::restored(SwitchPattern commanded, std::span<const Line>
   return restored;
 }
 
-int SwitchLines::settled_after() const {
+int DelayLines::settled_after() const {
   int settled = 0;
   for (const std::int64_t line : line_) {
     // Bits that differ from the final one: the highest of them is the last step before the switch settles.

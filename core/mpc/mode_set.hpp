@@ -85,11 +85,11 @@ std::vector<std::string> rounded_times(const ModeSet& modes, double dt);
 /// The commands in flight. For each switch a line of effective states: bit i is its state i steps from now, the last
 /// bit its state from then on. A command overwrites the line from its delay onwards; so edges are delayed each on its
 /// own, and a pulse shorter than its delay is swallowed.
-class SwitchLines {
+class DelayLines {
  public:
-  SwitchLines() = default;
+  DelayLines() = default;
   /// Every switch settled at `pattern`, free to change.
-  explicit SwitchLines(SwitchPattern pattern);
+  explicit DelayLines(SwitchPattern pattern);
 
   void command(SwitchPattern pattern, const SwitchTiming& timing) {
     SwitchPattern changed = pattern ^ commanded_;
@@ -138,11 +138,11 @@ class SwitchLines {
   };
   Line line(std::size_t c) const { return {line_[c], age_[c]}; }
   /// The lines of a record: line(c) gives `lines`[c], every further switch is off and free to change.
-  static SwitchLines restored(SwitchPattern commanded, std::span<const Line> lines);
+  static DelayLines restored(SwitchPattern commanded, std::span<const Line> lines);
   /// Beyond this an age says no more.
   static constexpr int max_age = 1 << 20;
 
-  bool operator==(const SwitchLines&) const = default;
+  bool operator==(const DelayLines&) const = default;
 
  private:
   std::array<std::int64_t, max_switches> line_{};

@@ -86,7 +86,7 @@ void shift_plan(const Horizon& horizon, int steps, Plan<M>& plan) noexcept {
 }
 
 /// How it went. bound <= optimum <= cost at every status for which the plan is usable.
-struct Report {
+struct SolveReport {
   Status status = Status::numerical_failure;
   double cost = std::numeric_limits<double>::infinity();
   double bound = -std::numeric_limits<double>::infinity();

@@ -71,7 +71,7 @@ struct Problem {
   Bounds<M> bounds;
 
   StateOf<M> initial{};
-  SwitchLines lines;
+  DelayLines lines;
   std::vector<OutputOf<M>> reference;
   std::vector<OutputOf<M>> setpoint;
 

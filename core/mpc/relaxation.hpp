@@ -120,7 +120,7 @@ SwitchStates<Scalar> pattern_states(SwitchPattern pattern) noexcept {
 }
 
 /// The state in effect of a switch `after` steps after it was commanded to c, when without that command it would have
-/// been l. Multilinear, and at c, l in {0, 1} what SwitchLines does:                        [theory-relaxed.md, eq. 3]
+/// been l. Multilinear, and at c, l in {0, 1} what DelayLines does:                        [theory-relaxed.md, eq. 3]
 ///
 ///     l before both delays, c after both; in between  l c  (fall < rise)  or  1 - (1 - l)(1 - c)  (rise < fall)
 template <class Scalar>
@@ -161,7 +161,7 @@ Scalar relaxed_switch_change(const Scalar& d) noexcept {
 /// continuous input: predict_step() at switched inputs that follow the commands.
 ///
 /// step(j, state) is called after each step with its index j in the horizon; running(term) as predict_step() does.
-template <HybridModel M, Physics physics, class Scalar, class Step, class Running>
+template <HybridModel M, Dynamics dynamics, class Scalar, class Step, class Running>
 void roll_interval(const Problem<M>& problem, const SwitchTiming& timing, int first, int length,
                    const SwitchStates<Scalar>& previous, const SwitchStates<Scalar>& c,
                    const Vector<Scalar, M::continuous_size>& planned, Vector<Scalar, M::state_size>& x, Step&& step,
@@ -179,7 +179,7 @@ void roll_interval(const Problem<M>& problem, const SwitchTiming& timing, int fi
       s = switched_inputs<M, Scalar>(problem.modes, in_effect);
     }
     const auto j = static_cast<std::size_t>(first + i);
-    predict_step<M, physics, Scalar>(problem, j, s, planned, x, running);
+    predict_step<M, dynamics, Scalar>(problem, j, s, planned, x, running);
     step(j, std::as_const(x));
   }
 }
@@ -189,7 +189,7 @@ void roll_interval(const Problem<M>& problem, const SwitchTiming& timing, int fi
 /// out, so the minimum over weights and inputs is at most the optimum of the mixed-integer problem.
 ///
 /// shapes   weights: intervals x modes    continuous: intervals    outputs: empty or steps
-template <HybridModel M, class Scalar, Physics physics = Physics::exact>
+template <HybridModel M, class Scalar, Dynamics dynamics = Dynamics::exact>
 Scalar relaxed_cost(const Problem<M>& problem, const SwitchTiming& timing, const RelaxedGrid& grid,
                     std::span<const Scalar> weights,
                     std::span<const std::type_identity_t<Vector<Scalar, M::continuous_size>>> continuous,
@@ -206,7 +206,7 @@ Scalar relaxed_cost(const Problem<M>& problem, const SwitchTiming& timing, const
     if (problem.cost.switching != 0.0)
       for (std::size_t s = 0; s < switches; ++s)
         cost = cost + Scalar(problem.cost.switching) * relaxed_switch_change<Scalar>(Scalar(c[s] - previous[s]));
-    roll_interval<M, physics, Scalar>(
+    roll_interval<M, dynamics, Scalar>(
         problem, timing, first, grid.intervals[k], previous, c, continuous[k], x,
         [&](std::size_t j, const auto& state) {
           const auto z = problem.model.template output<Scalar>(state);
@@ -222,11 +222,11 @@ Scalar relaxed_cost(const Problem<M>& problem, const SwitchTiming& timing, const
 }
 
 /// The cost of a relaxed plan; fills its predicted outputs if they are sized.
-template <HybridModel M, Physics physics = Physics::exact>
+template <HybridModel M, Dynamics dynamics = Dynamics::exact>
 double relaxed_cost(const Problem<M>& problem, const RelaxedGrid& grid, RelaxedPlan<M>& plan) noexcept {
   const SwitchTiming timing(problem.modes, problem.horizon.dt_s);
-  return relaxed_cost<M, double, physics>(problem, timing, grid, std::span<const double>(plan.weights), plan.continuous,
-                                          plan.outputs);
+  return relaxed_cost<M, double, dynamics>(problem, timing, grid, std::span<const double>(plan.weights),
+                                           plan.continuous, plan.outputs);
 }
 
 /// Solves one relaxed Problem after another of the same shape.
@@ -240,10 +240,10 @@ class RelaxedSolver {
   virtual void prepare(const Problem<M>& problem, const RelaxedGrid& grid) = 0;
 
   /// Improves on `plan`, which comes in as the warm start (by relax_plan, also an integer one) and leaves as the best
-  /// plan found by the deadline, its outputs filled. report.cost is relaxed_cost of it by the exact physics, never
+  /// plan found by the deadline, its outputs filled. report.cost is relaxed_cost of it by the exact dynamics, never
   /// above that of the warm start. report.bound says nothing (minus infinity): the problem is not convex, what is
   /// optimal is so among its neighbours. No allocation, lock or exception.
-  virtual Report solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept = 0;
+  virtual SolveReport solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept = 0;
 
   /// As in Solver.
   virtual bool anticipates() const { return false; }

@@ -14,7 +14,7 @@ namespace solenoid {
 template <HybridModel M>
 struct Rollout {
   StateOf<M> state{};
-  SwitchLines lines;
+  DelayLines lines;
   double cost = 0.0;
   int switches = 0;
   int step = 0;
@@ -40,14 +40,14 @@ Scalar weighted_square(const OutputOf<M>& weight, const OutputOf<M>& reference,
 }  // namespace rollout_detail
 
 /// Whether derivative-following solvers step the model's smooth_step in place of step.
-enum class Physics : std::uint8_t { exact, smooth };
+enum class Dynamics : std::uint8_t { exact, smoothed };
 
 /// One model step; smooth where asked for and where the model has a smooth step.
-template <HybridModel M, Physics physics, class Scalar>
+template <HybridModel M, Dynamics dynamics, class Scalar>
 Vector<Scalar, M::state_size> model_step(const M& model, const Vector<Scalar, M::state_size>& x,
                                          const Vector<Scalar, M::switched_size>& s,
                                          const Vector<Scalar, M::continuous_size>& u, double dt) {
-  if constexpr (physics == Physics::smooth && HasSmoothStep<M>)
+  if constexpr (dynamics == Dynamics::smoothed && HasSmoothStep<M>)
     return model.template smooth_step<Scalar>(x, s, u, dt);
   else
     return model.template step<Scalar>(x, s, u, dt);
@@ -59,7 +59,7 @@ Vector<Scalar, M::state_size> model_step(const M& model, const Vector<Scalar, M:
 ///     x[j+1] =  step(x[j], s, feedback(x[j], setpoint[j]) + planned, dt)
 ///
 /// running(term) is called with each weighted term that is not 0 by its weight, in this order.
-template <HybridModel M, Physics physics, class Scalar, class Running>
+template <HybridModel M, Dynamics dynamics, class Scalar, class Running>
 inline void predict_step(const Problem<M>& problem, std::size_t j, const Vector<Scalar, M::switched_size>& switched,
                          const Vector<Scalar, M::continuous_size>& planned, Vector<Scalar, M::state_size>& state,
                          Running&& running) {
@@ -75,7 +75,7 @@ inline void predict_step(const Problem<M>& problem, std::size_t j, const Vector<
   for (std::size_t i = 0; i < M::continuous_size; ++i)
     if (problem.cost.continuous[i] != 0.0)
       running(Scalar(Scalar(problem.cost.continuous[i]) * (planned[i] * planned[i])));
-  state = model_step<M, physics, Scalar>(problem.model, state, switched, input, problem.horizon.dt_s);
+  state = model_step<M, dynamics, Scalar>(problem.model, state, switched, input, problem.horizon.dt_s);
 }
 
 /// One model step with its share of the cost added to `cost`: the running cost, then the tracking of x[j+1].
@@ -84,8 +84,8 @@ inline void roll_step(const Problem<M>& problem, std::size_t j, const Vector<Sca
                       const ContinuousOf<M>& planned, Vector<Scalar, M::state_size>& state, Scalar& cost) {
   Vector<Scalar, M::continuous_size> input;
   for (std::size_t i = 0; i < M::continuous_size; ++i) input[i] = Scalar(planned[i]);
-  predict_step<M, Physics::exact, Scalar>(problem, j, switched, input, state,
-                                          [&](const Scalar& term) { cost = cost + term; });
+  predict_step<M, Dynamics::exact, Scalar>(problem, j, switched, input, state,
+                                           [&](const Scalar& term) { cost = cost + term; });
   cost = rollout_detail::weighted_square<M, Scalar>(problem.cost.tracking, problem.reference[j],
                                                     problem.model.template output<Scalar>(state), cost);
 }
@@ -139,13 +139,13 @@ double total_cost(const Problem<M>& problem, const Rollout<M>& r) noexcept {
 /// The independent judge: what a plan really costs. Fills the plan's predicted outputs if they are sized. Every
 /// solver's result can be put to it.
 template <HybridModel M>
-Report evaluate(const Problem<M>& problem, Plan<M>& plan) noexcept {
+SolveReport evaluate(const Problem<M>& problem, Plan<M>& plan) noexcept {
   const SwitchTiming timing(problem.modes, problem.horizon.dt_s);
   Rollout<M> r(problem);
   for (std::size_t b = 0; b < plan.modes.size(); ++b)
     roll_block(problem, timing, plan.modes[b], problem.horizon.blocks[b], plan.continuous[b], r,
                std::span<OutputOf<M>>(plan.outputs));
-  Report report;
+  SolveReport report;
   report.cost = total_cost(problem, r);
   report.switches = r.switches;
   report.status = !r.feasible                  ? Status::infeasible

@@ -16,13 +16,13 @@ class Solver {
 
   /// Improves on `plan`, which comes in as the warm start and leaves as the best plan found, by the deadline.
   /// No allocation, lock or exception.
-  virtual Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept = 0;
+  virtual SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept = 0;
 
   /// Whether anticipate() shortens the next solve.
   virtual bool anticipates() const { return false; }
   /// Prepares for a problem that is still to be measured: `expected` as it is forecast, and its warm start. The next
   /// solve of a problem that differs from it in the measured state alone may use what was prepared, and then says so
-  /// (Report::anticipated); its plan may differ from what solve() alone finds. No allocation, lock or exception.
+  /// (SolveReport::anticipated); its plan may differ from what solve() alone finds. No allocation, lock or exception.
   virtual void anticipate(const Problem<M>& /*expected*/, const Plan<M>& /*warm_start*/) noexcept {}
 };
 

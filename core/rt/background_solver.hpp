@@ -68,7 +68,7 @@ class BackgroundSolver final : public DeferredSolver<M> {
   }
 
   /// Posts the problem and waits for its plan: for callers outside of the tick.
-  Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline) noexcept override {
+  SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline) noexcept override {
     constexpr std::int64_t ticket = -3;
     post(ticket, problem, plan, 0.0);
     MonotonicClock clock;
@@ -144,7 +144,7 @@ class BackgroundSolver final : public DeferredSolver<M> {
     Posted& slot = shared_->posted.back();
     slot.ticket = ticket;
     slot.budget_s = budget_s;
-    copy_situation(problem, slot.problem);
+    copy_conditions(problem, slot.problem);
     slot.warm_start = warm_start;
     shared_->posted.put();
   }

@@ -43,7 +43,7 @@ struct Decision {
   double offset_m = 0.0;     ///< integral offset added to the valves' reference
   bool solved = false;       ///< whether `report` belongs to this tick
   std::int64_t ticket = -1;  ///< of a plan that arrived in this tick: the tick its problem was posed in
-  Report report;
+  SolveReport report;
   Rung rung = Rung::fresh;
   bool planned = true;   ///< whether any plan stands behind the coils
   int plan_age = 0;      ///< ticks since the plan's first block began

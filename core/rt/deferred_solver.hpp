@@ -12,7 +12,7 @@ class DeferredSolver : public Solver<M> {
   struct Finished {
     std::int64_t ticket = -1;
     Plan<M> plan;
-    Report report;
+    SolveReport report;
   };
 
   /// Copies what changes from one problem to the next, and the warm start. No allocation, lock or exception.
@@ -24,7 +24,7 @@ class DeferredSolver : public Solver<M> {
 
 /// Copies the parts of a problem that a controller changes from period to period; shapes are equal.
 template <HybridModel M>
-void copy_situation(const Problem<M>& from, Problem<M>& to) noexcept {
+void copy_conditions(const Problem<M>& from, Problem<M>& to) noexcept {
   to.model = from.model;
   to.cost = from.cost;
   to.bounds = from.bounds;

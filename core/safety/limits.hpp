@@ -23,7 +23,7 @@ class CommandLimits {
   CommandLimits(const ModeSet& modes, double motor_limit_n, CommandRates rates = {})
       : motor_limit_n_(motor_limit_n), rates_(rates) {
     for (const Mode& mode : modes.modes()) allowed_ |= std::uint64_t{1} << (mode.pattern % 64);
-    since_on_.fill(SwitchLines::max_age);
+    since_on_.fill(DelayLines::max_age);
   }
 
   void set_rates(const CommandRates& rates) noexcept { rates_ = rates; }
@@ -39,7 +39,7 @@ class CommandLimits {
     else
       safe.motor_force_n = limited(std::clamp(wanted.motor_force_n, -motor_limit_n_, motor_limit_n_));
     for (std::size_t c = 0; c < since_on_.size(); ++c)
-      since_on_[c] = ((safe.coils & ~last_.coils) >> c) & 1u ? 0 : std::min(since_on_[c] + 1, SwitchLines::max_age);
+      since_on_[c] = ((safe.coils & ~last_.coils) >> c) & 1u ? 0 : std::min(since_on_[c] + 1, DelayLines::max_age);
     last_ = safe;
     return safe;
   }

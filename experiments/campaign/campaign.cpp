@@ -115,7 +115,7 @@ std::vector<Library::Entry*> chosen_scenarios(Library& library, const Selection&
 /// The loaded arm must hang at rest somewhere, in the model of each variant.
 void check_equilibrium(const ScenarioConfig& scenario, const VariantConfig& variant, const std::string& where) {
   if (scenario.plane == Plane::horizontal) return;
-  ActuatorParameters plant = scenario.mismatch.applied_to(variant.believed);
+  ActuatorParameters plant = scenario.mismatch.applied_to(variant.nominal);
   plant.payload_mass_kg = scenario.payload_kg;
   plant.plane = scenario.plane;
   try {

@@ -104,8 +104,8 @@ const Trace::Signal& Trace::signal(std::string_view name) const {
 }
 
 Trace make_trace(const VariantConfig& variant, const ScenarioConfig& scenario, std::span<const TickRecord> ticks) {
-  const PneumaticActuator plant(scenario.mismatch.applied_to(variant.believed));
-  const ModeSet modes = valve_modes(variant.valves, variant.believed);
+  const PneumaticActuator plant(scenario.mismatch.applied_to(variant.nominal));
+  const ModeSet modes = valve_modes(variant.valves, variant.nominal);
   Trace trace;
   trace.tick_s = tick_s;
   trace.ticks = tick_numbers(ticks);
@@ -113,7 +113,7 @@ Trace make_trace(const VariantConfig& variant, const ScenarioConfig& scenario, s
   for (const Mode& mode : modes.modes()) trace.modes.push_back(mode.name);
   const double none = plant.cylinder_force(0.0, 0.0);
   trace.cylinder_force = {none, plant.cylinder_force(1.0, 0.0) - none, plant.cylinder_force(0.0, 1.0) - none};
-  trace.motor_limit_n = variant.believed.motor_force_limit_n();
+  trace.motor_limit_n = variant.nominal.motor_force_limit_n();
   const auto add = [&](const char* name, const char* unit, double resolution, auto value) {
     trace.signals.push_back({name, unit, resolution, values_of(ticks, value)});
   };

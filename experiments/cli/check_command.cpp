@@ -26,7 +26,7 @@ namespace {
 std::string check_variants(const std::string& path, const Campaign& campaign) {
   std::string notes;
   for (const VariantConfig& v : campaign.variants) {
-    for (const std::string& note : rounded_times(valve_modes(v.valves, v.believed), tick_s))
+    for (const std::string& note : rounded_times(valve_modes(v.valves, v.nominal), tick_s))
       notes += fmt::format("; variant '{}': {}", v.name, note);
     try {
       make_controller(v, campaign.scenarios.front().trajectory, campaign.scenarios.front().plane);
@@ -69,7 +69,7 @@ std::vector<Check> check_plant(const Options& options) {
   const VariantConfig& variant = campaign.variants.front();
   const OpenedPlant opened = open_plant(choice, variant, campaign.scenarios.front(), 1);
   const Preflight found = preflight(*opened.plant, choice.rig.ladder.plausibility,
-                                    variant.believed.atmospheric_pressure_pa, variant.believed.supply_pressure_pa);
+                                    variant.nominal.atmospheric_pressure_pa, variant.nominal.supply_pressure_pa);
   const LadderSettings& limits = choice.rig.ladder;
   const bool inside = found.position_m >= limits.position_low_m && found.position_m <= limits.position_high_m;
   const bool late = found.read_us.p99 > 1e6 * tick_s;

@@ -35,7 +35,7 @@ int emulate(const Options& chosen) {
   const Campaign campaign = read_campaign(options.campaign, {{options.variant}, {options.scenario}});
   const VariantConfig& variant = campaign.variants.front();
   const ScenarioConfig& scenario = campaign.scenarios.front();
-  const ModeSet modes = valve_modes(variant.valves, variant.believed);
+  const ModeSet modes = valve_modes(variant.valves, variant.nominal);
   EmulatedNode node(
       [&](std::uint64_t session) {
         const std::uint64_t seed = options.emulator.seed + session - 1;

@@ -94,8 +94,8 @@ Campaign campaign_of(const Options& options) {
 void look_before_start(const Options& options, Plant& plant, const VariantConfig& variant,
                        const ScenarioConfig& scenario, SessionSettings& session) {
   constexpr double near_m = 1e-3;
-  const Preflight found = preflight(plant, session.ladder.plausibility, variant.believed.atmospheric_pressure_pa,
-                                    variant.believed.supply_pressure_pa);
+  const Preflight found = preflight(plant, session.ladder.plausibility, variant.nominal.atmospheric_pressure_pa,
+                                    variant.nominal.supply_pressure_pa);
   if (!options.quiet || !found.good()) fmt::print(stderr, "{}\n", found.text());
   if (!found.good()) throw std::runtime_error("the sensors are not plausible: not started");
   session.at_start_position = std::abs(found.position_m - scenario.trajectory.start_m()) < near_m;

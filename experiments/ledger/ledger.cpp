@@ -62,13 +62,13 @@ class Keeper {
 
   LedgerState keep(std::size_t index, bool with_bonmin) {
     const InstanceRecord& record = variant_.records[index];
-    Problem<Model>& problem = set_.situations[record.situation].plane == Plane::vertical ? problem_ : horizontal_;
+    Problem<Model>& problem = set_.motions[record.motion].plane == Plane::vertical ? problem_ : horizontal_;
     pose(set_, record, problem, warm_);
     LedgerState state;
     state.record = index;
     const auto entry = [&](M method) -> LedgerEntry& { return state.entries[static_cast<std::size_t>(method)]; };
     Plan<Model> best = warm_;
-    Report report = search_.solve(problem, best, Deadline::never());
+    SolveReport report = search_.solve(problem, best, Deadline::never());
     entry(M::branch_and_bound) = {report.status, true, evaluate(problem, best).cost, report.time_us};
     state.bound = report.bound;
     solve_plan(problem, enumerate_, entry(M::exhaustive));
@@ -85,7 +85,7 @@ class Keeper {
   /// From relaxed_ downwards: projected gradients, which cross the physics' kinks, then SQP for a first-order point.
   LedgerEntry lower_end(const Problem<Model>& problem) {
     const auto start = Deadline::Clock::now();
-    Report report = relaxing_.solve(problem, relaxed_, Deadline::never());
+    SolveReport report = relaxing_.solve(problem, relaxed_, Deadline::never());
     for (double before = Bounds<Model>::infinity; certifying_ && report.cost < before * (1.0 - 1e-9);) {
       before = report.cost;
       report = certifying_->solve(problem, relaxed_, Deadline::never());
@@ -109,7 +109,7 @@ class Keeper {
   void solve_plan(const Problem<Model>& problem, Solver<Model>& solver, LedgerEntry& entry,
                   Deadline deadline = Deadline::never()) {
     Plan<Model> plan = warm_;
-    const Report report = solver.solve(problem, plan, deadline);
+    const SolveReport report = solver.solve(problem, plan, deadline);
     entry = {report.status, true, evaluate(problem, plan).cost, report.time_us};
   }
 
@@ -185,7 +185,7 @@ std::vector<LedgerOfVariant> keep_ledger(const InstanceSet& set, const LedgerOpt
   std::vector<LedgerOfVariant> ledger;
   for (const VariantInstances& variant : set.variants) {
     if (options.stop && options.stop()) break;
-    const auto modes = valve_modes(variant.config.valves, variant.config.believed).size();
+    const auto modes = valve_modes(variant.config.valves, variant.config.nominal).size();
     const auto blocks = std::max<std::size_t>(1, variant.config.horizon.blocks.size());
     if (variant.config.motor == "joint" || std::pow(modes, blocks) > most_sequences)
       throw ConfigError(

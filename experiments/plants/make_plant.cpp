@@ -11,7 +11,7 @@ std::unique_ptr<SimulatedPlant> make_plant(const VariantConfig& variant, const P
     return std::make_unique<TwinPlant>(twin_for(config.twin, {config.plane, config.payload_kg, config.mismatch}),
                                        variant.valves, start_m,
                                        TwinPlant::Sensing{config.ideal_sensing, config.noise, seed});
-  ActuatorParameters parameters = config.mismatch.applied_to(variant.believed);
+  ActuatorParameters parameters = config.mismatch.applied_to(variant.nominal);
   parameters.payload_mass_kg = config.payload_kg;
   parameters.plane = config.plane;
   auto plant = std::make_unique<ModelPlant>(

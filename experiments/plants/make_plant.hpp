@@ -8,7 +8,7 @@
 
 namespace solenoid {
 
-/// The plant with this variant's valves, at rest at `start_m`: "model" has the variant's believed parameters, "twin"
+/// The plant with this variant's valves, at rest at `start_m`: "model" has the variant's nominal parameters, "twin"
 /// its own.
 std::unique_ptr<SimulatedPlant> make_plant(const VariantConfig& variant, const PlantConfig& config, double start_m,
                                            std::uint64_t seed);

@@ -55,7 +55,7 @@ class ModelPlant final : public SimulatedPlant {
   std::mt19937_64 random_;
   std::normal_distribution<double> normal_;
   ActuatorState state_;
-  SwitchLines lines_{0};
+  DelayLines lines_{0};
   double motor_force_n_ = 0.0, air_kg_ = 0.0;
   double push_at_s_ = std::numeric_limits<double>::infinity(), push_speed_m_s_ = 0.0;
   std::int64_t steps_done_ = 0;

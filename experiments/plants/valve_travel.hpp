@@ -9,7 +9,7 @@
 namespace solenoid {
 
 /// Openings of the coils in continuous time: every commanded edge waits for its dead time, then ramps. As in
-/// SwitchLines, edges are delayed each on its own and the last command wins: it cancels edges that would start after
+/// DelayLines, edges are delayed each on its own and the last command wins: it cancels edges that would start after
 /// it, so a pulse shorter than its delay is swallowed.
 class ValveActuation {
  public:

@@ -97,7 +97,7 @@ int count_above(const std::vector<double>& times_us, double limit_us) {
 VariantProfile conclude(const Course& c, const InstanceSet& set, double limit_ms) {
   VariantProfile p;
   p.name = c.variant->name;
-  InstanceSet alone{set.situations, {*c.variant}};
+  InstanceSet alone{set.motions, {*c.variant}};
   p.fingerprint = fingerprint(instance_bytes(alone));
   p.passes = c.passes;
   p.solve_us = c.off_us;

@@ -34,8 +34,8 @@ std::string variant_toml(const Campaign& campaign, const std::string& name) {
   return toml_text(table);
 }
 
-Situation situation_of(const ScenarioConfig& scenario, int horizon_steps) {
-  Situation s{scenario.name, scenario.plane, {}};
+RecordedMotion motion_of(const ScenarioConfig& scenario, int horizon_steps) {
+  RecordedMotion s{scenario.name, scenario.plane, {}};
   const auto ticks = static_cast<std::uint32_t>(std::llround(scenario.duration_s / tick_s));
   const auto rows = ticks + static_cast<std::uint32_t>(horizon_steps) + longest_latency_ticks + 1;
   for (std::uint32_t k = 0; k < rows; ++k) {
@@ -46,7 +46,7 @@ Situation situation_of(const ScenarioConfig& scenario, int horizon_steps) {
 }
 
 template <class Row>
-bool is_window(const std::vector<Row>& rows, const Situation& s, std::uint32_t start, double offset_m) {
+bool is_window(const std::vector<Row>& rows, const RecordedMotion& s, std::uint32_t start, double offset_m) {
   if (start + rows.size() > s.rows.size()) return false;
   for (std::size_t j = 0; j < rows.size(); ++j) {
     const auto& motion = s.rows[start + j];
@@ -58,7 +58,7 @@ bool is_window(const std::vector<Row>& rows, const Situation& s, std::uint32_t s
 
 /// Sets start and offset of the window that the posed rows are, or keeps the rows.
 template <HybridModel Model>
-void keep_reference(const PosedInstance<Model>& posed, const Situation& s, InstanceRecord& r) {
+void keep_reference(const PosedInstance<Model>& posed, const RecordedMotion& s, InstanceRecord& r) {
   const auto tick = static_cast<std::uint32_t>(posed.solve * ticks_per_period);
   for (std::uint32_t start = tick + 1; start <= tick + 1 + longest_latency_ticks && start < s.rows.size(); ++start) {
     const double shift = posed.reference[0][0] - s.rows[start][0];
@@ -109,7 +109,7 @@ Loads loads_of(std::span<const TickRecord> ticks, const VariantConfig& variant) 
     loads.emplace_back();
     if (!use.payload && !use.disturbance) continue;
     const bool estimated = !t.sensors.ideal;
-    loads.back() = {estimated && use.payload ? t.decision.detail.payload_kg : variant.believed.payload_mass_kg,
+    loads.back() = {estimated && use.payload ? t.decision.detail.payload_kg : variant.nominal.payload_mass_kg,
                     estimated && use.disturbance ? t.decision.detail.disturbance_n : 0.0};
   }
   return loads;
@@ -117,16 +117,16 @@ Loads loads_of(std::span<const TickRecord> ticks, const VariantConfig& variant) 
 
 /// Turns what a run posed into records and solves each once for its plan; instances without a plan are left out.
 template <HybridModel Model>
-void keep(const std::vector<PosedInstance<Model>>& posed, const Loads& loads, std::uint32_t situation,
+void keep(const std::vector<PosedInstance<Model>>& posed, const Loads& loads, std::uint32_t motion,
           const InstanceSet& set, VariantInstances& variant) {
-  Problem<Model> problem = make_problem<Model>(variant.config, set.situations[situation].plane);
+  Problem<Model> problem = make_problem<Model>(variant.config, set.motions[motion].plane);
   const auto solver = make_solver<Model>(variant.config);
   solver->prepare(problem);
   Plan<Model> plan(problem);
   for (const PosedInstance<Model>& p : posed) {
     if ((p.solve == 0 && &p != &posed.front()) || p.solve >= std::ssize(loads)) break;  // the run posed no more
     InstanceRecord r;
-    r.situation = situation;
+    r.motion = motion;
     r.initial = p.initial;
     r.load = loads[static_cast<std::size_t>(p.solve)];
     r.lines = p.lines;
@@ -136,9 +136,9 @@ void keep(const std::vector<PosedInstance<Model>>& posed, const Loads& loads, st
       r.warm_weights = p.warm_start.relaxation.weights;
       r.warm_owed = p.warm_start.relaxation.owed.front();
     }
-    keep_reference(p, set.situations[situation], r);
+    keep_reference(p, set.motions[motion], r);
     pose(set, r, problem, plan);
-    const Report report = solver->solve(problem, plan, Deadline::never());
+    const SolveReport report = solver->solve(problem, plan, Deadline::never());
     if (!usable(report.status)) continue;
     r.plan_modes = plan.modes;
     r.plan_continuous = forces(plan.continuous);
@@ -148,12 +148,12 @@ void keep(const std::vector<PosedInstance<Model>>& posed, const Loads& loads, st
   }
 }
 
-/// An empty set with the situations of a campaign.
-InstanceSet with_situations(const Campaign& campaign) {
+/// An empty set with the motions of a campaign.
+InstanceSet with_motions(const Campaign& campaign) {
   InstanceSet set;
   int steps = 0;
   for (const VariantConfig& v : campaign.variants) steps = std::max(steps, v.horizon.steps);
-  for (const ScenarioConfig& s : campaign.scenarios) set.situations.push_back(situation_of(s, steps));
+  for (const ScenarioConfig& s : campaign.scenarios) set.motions.push_back(motion_of(s, steps));
   return set;
 }
 
@@ -165,21 +165,21 @@ VariantInstances& add_variant(const Campaign& campaign, VariantConfig v, Instanc
 
 /// `run(decorate)` is one closed loop of `duration_s` and returns its ticks: keeps about `count` of its problems.
 template <class Run>
-void keep_run(double duration_s, std::size_t count, std::uint32_t situation, const InstanceSet& set,
+void keep_run(double duration_s, std::size_t count, std::uint32_t motion, const InstanceSet& set,
               VariantInstances& variant, Run run) {
   const auto periods = static_cast<std::size_t>(std::ceil(duration_s / period_s - 1e-9));
   const std::size_t every = std::max<std::size_t>(1, periods / count);
   Recorder recorder{std::min(count, (periods + every - 1) / every), static_cast<std::int64_t>(every)};
   const std::vector<TickRecord> ticks = run(recorder.decorate());
   const Loads loads = loads_of(ticks, variant.config);
-  keep(recorder.pneumatic, loads, situation, set, variant);
-  keep(recorder.prestabilised, loads, situation, set, variant);
+  keep(recorder.pneumatic, loads, motion, set, variant);
+  keep(recorder.prestabilised, loads, motion, set, variant);
 }
 
 }  // namespace
 
 InstanceSet record_instances(const Campaign& campaign, std::size_t per_variant) {
-  InstanceSet set = with_situations(campaign);
+  InstanceSet set = with_motions(campaign);
   const std::size_t runs = campaign.scenarios.size() * campaign.seeds.size();
   const std::size_t per_run = std::max<std::size_t>(1, per_variant / runs);
   for (const VariantConfig& v : campaign.variants) {
@@ -197,7 +197,7 @@ InstanceSet record_instances(const RecordedRun& run, const std::vector<std::stri
                              std::size_t per_variant) {
   const Campaign campaign = recorded_campaign(run, variants);
   const RecordedTask task = recorded_task(run);
-  InstanceSet set = with_situations(campaign);
+  InstanceSet set = with_motions(campaign);
   for (const VariantConfig& v : campaign.variants) {
     VariantInstances& variant = add_variant(campaign, v, set);
     keep_run(static_cast<double>(run.ticks.size()) * tick_s, per_variant, 0, set, variant,

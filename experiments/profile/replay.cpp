@@ -64,11 +64,11 @@ class ReplayOf final : public Replay {
     same_ = proven_ = 0;
     for (std::size_t i = 0; i < records_.size(); ++i) {
       const InstanceRecord& record = records_[i];
-      Problem<Model>& problem = problems_[set_.situations[record.situation].plane == Plane::vertical ? 0 : 1];
+      Problem<Model>& problem = problems_[set_.motions[record.motion].plane == Plane::vertical ? 0 : 1];
       pose(set_, record, problem, plan_);
       phases_ = {};
       const Stopwatch watch;
-      const Report report = solver_->solve(problem, plan_, Deadline::never());
+      const SolveReport report = solver_->solve(problem, plan_, Deadline::never());
       samples[i] = {watch.us(), phase(Phase::rollout), phase(Phase::factorisation), phase(Phase::bound)};
       nodes_[i] = report.nodes;
       same_ += same_plan(record, plan_);
@@ -104,8 +104,8 @@ template <HybridModel Model>
 class IdleSolver final : public Solver<Model> {
  public:
   void prepare(const Problem<Model>&) override {}
-  Report solve(const Problem<Model>&, Plan<Model>&, Deadline) noexcept override {
-    Report report;
+  SolveReport solve(const Problem<Model>&, Plan<Model>&, Deadline) noexcept override {
+    SolveReport report;
     report.status = Status::feasible;
     return report;
   }
@@ -117,7 +117,7 @@ double median(std::vector<double>& sample) {
   return *middle;
 }
 
-Trajectory motion_of(const Situation& s) {
+Trajectory motion_of(const RecordedMotion& s) {
   std::vector<double> times, positions;
   for (std::size_t k = 0; k < s.rows.size(); ++k) {
     times.push_back(static_cast<double>(k) * tick_s);
@@ -147,11 +147,11 @@ double measured_us_per_phase_tick() {
 
 ControllerCost controller_cost(const InstanceSet& set, const VariantInstances& variant) {
   if (variant.records.empty()) return {};
-  const Situation& situation = set.situations[variant.records.front().situation];
+  const RecordedMotion& motion = set.motions[variant.records.front().motion];
   const InstanceRecord& record = variant.records.front();
   const SolverDecorator idle =
       decorator([]<HybridModel M>(SolverPtr<M>) -> SolverPtr<M> { return std::make_unique<IdleSolver<M>>(); });
-  const auto controller = make_controller(variant.config, motion_of(situation), situation.plane, idle);
+  const auto controller = make_controller(variant.config, motion_of(motion), motion.plane, idle);
   constexpr int periods = 400;
   std::vector<double> quiet, posing;
   Sensors sensors{0.0, 0.0, record.initial[pressure_a], record.initial[pressure_b], {}, false};
@@ -160,7 +160,7 @@ ControllerCost controller_cost(const InstanceSet& set, const VariantInstances& v
       const auto begin = Clock::now();
       for (int i = 0; i < ticks; ++i, ++k) {
         sensors.time_s = k * tick_s;
-        sensors.position_m = situation.rows[static_cast<std::size_t>(k) % situation.rows.size()][0];
+        sensors.position_m = motion.rows[static_cast<std::size_t>(k) % motion.rows.size()][0];
         controller->step(sensors);
       }
       return us_since(begin);

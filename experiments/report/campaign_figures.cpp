@@ -23,7 +23,7 @@ void draw_run(const Results& results, const StoredRun& run, const std::string& p
     throw ConfigError(
         fmt::format("{}: run {} has no curves to draw (allowed: a run with a trace or a log)", results.folder, run.id));
   RunResult result;
-  result.ticks = ticks_of(*trace, valve_modes(variant->valves, variant->believed));
+  result.ticks = ticks_of(*trace, valve_modes(variant->valves, variant->nominal));
   result.metrics = run.record.metrics.value_or(Metrics{});
   ScenarioConfig shown = *scenario;
   shown.duration_s = result.ticks.back().sensors.time_s + trace->tick_s;

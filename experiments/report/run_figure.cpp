@@ -63,7 +63,7 @@ struct Signals {
 };
 
 Signals signals_of(const VariantConfig& variant, const ScenarioConfig& scenario) {
-  const PneumaticActuator plant(scenario.mismatch.applied_to(variant.believed));
+  const PneumaticActuator plant(scenario.mismatch.applied_to(variant.nominal));
   const auto desired = [](const TickRecord& t) { return 1e3 * t.decision.reference.position; };
   const auto actual = [](const TickRecord& t) { return 1e3 * t.sensors.truth[position]; };
   return {desired, actual, [=](const TickRecord& t) { return desired(t) - actual(t); },
@@ -97,9 +97,9 @@ Plot::Panel panel(const std::string& settings, const std::string& data, const st
 Plot plot_of(const VariantConfig& variant, const ScenarioConfig& scenario, std::uint64_t seed, const RunResult& result,
              double font) {
   const Signals signals = signals_of(variant, scenario);
-  const ModeSet modes = valve_modes(variant.valves, variant.believed);
+  const ModeSet modes = valve_modes(variant.valves, variant.nominal);
   const auto& ticks = result.ticks;
-  const double motor_n = std::max(variant.believed.motor_force_limit_n(), 0.0), top = modes.size() - 1 + 0.4;
+  const double motor_n = std::max(variant.nominal.motor_force_limit_n(), 0.0), top = modes.size() - 1 + 0.4;
   const auto tics = [&](const Signal& signal) { return fmt::format("set ytics {}\n", tic_distance(ticks, signal)); };
   Plot plot{.width = 1280,
             .height = 800,

@@ -20,10 +20,10 @@ class FaultySolver final : public SolverAround<M> {
       if (f.kind == "throw") throw std::runtime_error("the solver refuses to start (injected)");
     this->inner_->prepare(problem);
   }
-  Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
+  SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
     if (begun_s_ < 0) begun_s_ = clock_.now_s();
     const double time_s = clock_.now_s() - begun_s_;
-    Report report = this->inner_->solve(problem, plan, deadline);
+    SolveReport report = this->inner_->solve(problem, plan, deadline);
     for (const InjectedFault& f : faults_) {
       if (!f.active(time_s)) continue;
       if (f.kind == "late") clock_.sleep_until(clock_.now_s() + 1e-3 * f.value);

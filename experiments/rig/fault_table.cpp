@@ -37,7 +37,7 @@ class LateSolver final : public DeferredSolver<M> {
     waiting_ = std::make_unique<Problem<M>>(problem);
   }
   void post(std::int64_t ticket, const Problem<M>& problem, const Plan<M>& warm_start, double) noexcept override {
-    copy_situation(problem, *waiting_);
+    copy_conditions(problem, *waiting_);
     waiting_start_ = warm_start;
     waiting_ticket_ = ticket;
     begin_if_free();
@@ -50,7 +50,7 @@ class LateSolver final : public DeferredSolver<M> {
     begin_if_free();
     return &given_;
   }
-  Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
+  SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
     return solver_->solve(problem, plan, deadline);
   }
   bool anticipates() const override { return solver_->anticipates(); }
@@ -140,8 +140,8 @@ FaultOutcome simulate_fault(const std::string& variant_name, const std::string& 
     return out;
   }
   CommandLimits limits = make_limits(variant);
-  const ModeSet modes = valve_modes(variant.valves, variant.believed);
-  Observer observer{modes, faults.front().from_s, variant.believed.motor_force_limit_n(), out};
+  const ModeSet modes = valve_modes(variant.valves, variant.nominal);
+  Observer observer{modes, faults.front().from_s, variant.nominal.motor_force_limit_n(), out};
   FakeClock clock;
   ControlLoop loop(plant, clock, *ladder, limits, observer);
   loop.run(std::llround(until_s / tick_s), tick_s, [&] {

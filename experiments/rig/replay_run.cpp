@@ -48,7 +48,7 @@ class LoggedArrivals final : public DeferredSolver<M> {
     const Finished& slot = kept_[slot_of(log_.arriving) % kept_.size()];
     return slot.ticket == log_.arriving ? &slot : nullptr;
   }
-  Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
+  SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
     return solver_->solve(problem, plan, deadline);
   }
   bool anticipates() const override { return solver_->anticipates(); }

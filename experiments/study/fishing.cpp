@@ -39,7 +39,7 @@ class Grid {
     Plan<Fishing> plan(problem);
     plan.modes = modes;
     plan.outputs.resize(problem.reference.size());
-    const Report judged = evaluate(problem, plan);
+    const SolveReport judged = evaluate(problem, plan);
     if (switches) *switches = judged.switches;
     return fishing_integral(problem, plan.outputs);
   }
@@ -63,7 +63,7 @@ class Grid {
 
   Problem<Fishing> problem;
   ModeWeights weights;
-  Report report;
+  SolveReport report;
   double relaxed = 0.0;
 
  private:

@@ -14,7 +14,7 @@ namespace solenoid {
 template <HybridModel M>
 struct RecordedInstance {
   StateOf<M> initial{};
-  SwitchLines lines;
+  DelayLines lines;
   std::vector<OutputOf<M>> reference, setpoint;
   Plan<M> warm_start;
 
@@ -36,7 +36,7 @@ std::vector<RecordedInstance<M>> record_closed_loop(Problem<M> problem, const Tr
   Plan<M> plan(problem);
   solver.prepare(problem);
   problem.initial = {motion.start_m(), 0.0, 101325.0, 101325.0};
-  problem.lines = SwitchLines(0);
+  problem.lines = DelayLines(0);
   for (int k = 0; 0.001 * k < motion.duration_s(); ++k) {
     const ReferenceSample now = motion.at(0.001 * k);
     if (k % 500 == 250) problem.initial[velocity] += (k % 1000 == 250 ? kick : -kick);

@@ -49,7 +49,7 @@ Deadline after_ms(double ms) {
 /// Collects reports of one search.
 class Figures {
  public:
-  void add(const Report& report, double us) {
+  void add(const SolveReport& report, double us) {
     nodes_.push_back(static_cast<double>(report.nodes));
     us_.push_back(us);
     proven_ += report.status == Status::optimal;
@@ -111,7 +111,7 @@ class RowStudy {
       measure(search_, warm, cap, warm_);
       for (std::size_t d = 0; d < deadlines_ms.size(); ++d) {
         Plan<M> plan = warm;
-        const Report report = search_.solve(problem_, plan, after_ms(deadlines_ms[d]));
+        const SolveReport report = search_.solve(problem_, plan, after_ms(deadlines_ms[d]));
         if (report.status != Status::optimal) gaps_[d].push_back(report.gap());
       }
     }
@@ -135,7 +135,7 @@ class RowStudy {
   template <class MakeDeadline>
   void measure(BranchAndBound<M>& search, const Plan<M>& start, MakeDeadline deadline, Figures& figures) {
     std::array<double, repetitions> us{};
-    Report report;
+    SolveReport report;
     int done = 0;
     do {
       Plan<M> plan = start;

@@ -13,7 +13,7 @@ namespace {
 constexpr double step_height_m = 0.06;
 constexpr double step_at_s = 0.5, hold_s = 4.5;  // the thesis does not say how long a step was held
 constexpr double steady_s = 1.0;                 // at the end of hold_s
-const char* const believed = "inferred";
+const char* const nominal = "inferred";
 
 Comparison position_comparison(const std::string& metric, std::optional<PrintedNumber> thesis, PositionSignal signal,
                                double PositionFigures::*value) {
@@ -42,8 +42,8 @@ ReproducedCase hardware_case(const StandIn& rig, const std::string& table, const
   c.table = table;
   c.parameters = rig.name;
   c.name = name;
-  c.variant.model = believed;
-  c.variant.believed = named_parameters(believed);
+  c.variant.model = nominal;
+  c.variant.nominal = named_parameters(nominal);
   c.variant.horizon.blocks.clear();
   c.scenario.plant = rig.plant;
   c.scenario.twin = rig.twin;
@@ -132,8 +132,8 @@ void keep(std::vector<ReproducedCase>& cases, const std::string& table) {
 }  // namespace
 
 std::vector<StandIn> stand_ins() {
-  const double balanced_m = named_parameters(believed).equilibrium_position_m();  // 22.11 mm
-  const StandIn model{.name = believed, .plant = "model", .start_m = balanced_m}, twin{.name = "twin"};
+  const double balanced_m = named_parameters(nominal).equilibrium_position_m();  // 22.11 mm
+  const StandIn model{.name = nominal, .plant = "model", .start_m = balanced_m}, twin{.name = "twin"};
   std::vector<StandIn> all = {model, twin, model, twin};
   for (std::size_t i = 2; i < all.size(); ++i) {
     all[i].name += "+integral_per_period";

@@ -17,7 +17,7 @@ const std::vector<std::string>& simulation_parameters() {
 VariantConfig thesis_variant(const std::string& motor, const std::string& parameters) {
   VariantConfig v = shipped_variant(motor == "none" ? "thesis_cylinder" : "thesis_" + motor);
   v.model = parameters;
-  v.believed = named_parameters(parameters);
+  v.nominal = named_parameters(parameters);
   return v;
 }
 
@@ -63,7 +63,7 @@ std::vector<ReproducedCase> simulation_table(const std::string& table) {
       c.parameters = parameters;
       c.variant = thesis_variant(motor, parameters);
       c.name = fmt::format("{}, {} kg", c.variant.name, payload_kg);
-      c.scenario = thesis_scenario(kind, payload_kg, c.variant.believed);
+      c.scenario = thesis_scenario(kind, payload_kg, c.variant.nominal);
       c.compared = comparisons(printed, row);
       cases.push_back(std::move(c));
     }

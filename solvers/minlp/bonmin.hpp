@@ -55,14 +55,14 @@ class BonminSolver final : public Solver<M> {
     check_grid(problem, grid_);
   }
 
-  Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
+  SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
     const auto start = Deadline::Clock::now();
     Plan<M> found = plan;
-    const Report before = evaluate(problem, plan);
-    Report report = before;
+    const SolveReport before = evaluate(problem, plan);
+    SolveReport report = before;
     try {
       const Status status = search(problem, found, deadline, report.nodes);
-      const Report after = evaluate(problem, found);
+      const SolveReport after = evaluate(problem, found);
       if (after.cost < before.cost) {
         plan.modes = found.modes;
         plan.continuous = found.continuous;
@@ -109,7 +109,7 @@ class BonminSolver final : public Solver<M> {
    private:
     const Problem<M>& problem_;
     double scale_;
-    RelaxedGradient<M, Physics::smooth> gradient_;
+    RelaxedGradient<M, Dynamics::smoothed> gradient_;
     std::vector<ContinuousOf<M>> u_, d_u_;
   };
 

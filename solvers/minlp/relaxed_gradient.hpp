@@ -12,7 +12,7 @@ namespace solenoid {
 /// arguments and the intervals are chained backwards, so that a gradient costs a fixed number of rollouts.
 ///
 /// shapes   weights, d_weights: intervals x modes    continuous, d_continuous: intervals
-template <HybridModel M, Physics physics = Physics::exact>
+template <HybridModel M, Dynamics dynamics = Dynamics::exact>
 class RelaxedGradient {
  public:
   void prepare(const Problem<M>& problem, const RelaxedGrid& grid) {
@@ -71,7 +71,7 @@ class RelaxedGradient {
     if (problem.cost.switching != 0.0)
       for (std::size_t i = 0; i < static_cast<std::size_t>(problem.modes.switch_count()); ++i)
         cost = cost + Number(problem.cost.switching) * relaxed_switch_change<Number>(Number(c[i] - before[i]));
-    roll_interval<M, physics, Number>(
+    roll_interval<M, dynamics, Number>(
         problem, timing_, first, grid_.intervals[k], before, c, u, x,
         [&](std::size_t j, const auto& now) {
           cost = rollout_detail::weighted_square<M, Number>(problem.cost.tracking, problem.reference[j],

@@ -23,7 +23,7 @@ class RelaxedIpopt final : public RelaxedSolver<M>, private nlp::Program {
       : settings_(settings), starts_(starts) {}
 
   void prepare(const Problem<M>& problem, const RelaxedGrid& grid) override;
-  Report solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept override;
+  SolveReport solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept override;
 
  private:
   using Trans = Transcription<M, P, A>;

@@ -14,9 +14,9 @@ void RelaxedIpopt<M, P, A>::prepare(const Problem<M>& problem, const RelaxedGrid
 }
 
 template <HybridModel M, int P, int A>
-Report RelaxedIpopt<M, P, A>::solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept {
+SolveReport RelaxedIpopt<M, P, A>::solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept {
   const auto start = Deadline::Clock::now();
-  Report report;
+  SolveReport report;
   problem_ = &problem;
   const double before = relaxed_cost(problem, t_.grid, plan);
   cost_scale_ = 1.0;
@@ -61,7 +61,7 @@ std::pair<S, Vector<S, M::state_size>> RelaxedIpopt<M, P, A>::stage(std::size_t 
   const auto previous = t_.template previous<S>(problem, k, a);
   S cost(0.0);
   if (problem.cost.switching != 0.0) cost = t_.template switching_cost<S>(problem, previous, c);
-  roll_interval<M, Physics::smooth, S>(
+  roll_interval<M, Dynamics::smoothed, S>(
       problem, t_.timing, t_.first_step[k], t_.grid.intervals[k], previous, c, u, x,
       [&](std::size_t j, const Vector<S, M::state_size>& state) {
         const auto z = problem.model.template output<S>(state);

@@ -46,9 +46,9 @@ class ContinuousRefinement {
 
   /// The report of evaluate() for the plan it leaves; its nodes are iterations. feasible: no further decrease;
   /// iteration_limit, deadline_reached: stopped; else the plan that came had no finite cost and is unchanged.
-  Report refine(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept {
+  SolveReport refine(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept {
     project(problem, plan);
-    Report report = rolled(problem, plan);
+    SolveReport report = rolled(problem, plan);
     if (report.status != Status::feasible || gradient_.size() == 0) return report;
     std::copy(plan.modes.begin(), plan.modes.end(), trial_.modes.begin());
     std::int64_t iterations = 0;
@@ -90,7 +90,7 @@ class ContinuousRefinement {
     hessian_.setZero();
     gradient_.setZero();
     sensitivity_.setZero();
-    SwitchLines lines = problem.lines;
+    DelayLines lines = problem.lines;
     StateOf<M> x = problem.initial;
     std::size_t j = 0;
     for (std::size_t b = 0; b < plan.modes.size(); ++b) {
@@ -213,7 +213,7 @@ class ContinuousRefinement {
   }
 
   /// Halves the step until the projected point costs less; false if none of twelve does.
-  bool search_along(const Problem<M>& problem, Plan<M>& plan, Report& report) noexcept {
+  bool search_along(const Problem<M>& problem, Plan<M>& plan, SolveReport& report) noexcept {
     double length = 1.0;
     for (int halving = 0; halving < 12; ++halving, length *= 0.5) {
       for (std::size_t b = 0; b < plan.modes.size(); ++b)
@@ -221,7 +221,7 @@ class ContinuousRefinement {
           trial_.continuous[b][i] =
               plan.continuous[b][i] + length * step_[static_cast<Eigen::Index>(b * M::continuous_size + i)];
       project(problem, trial_);
-      const Report trial = rolled(problem, trial_);
+      const SolveReport trial = rolled(problem, trial_);
       if (trial.status != Status::feasible || !(trial.cost < report.cost)) continue;
       std::copy(trial_.continuous.begin(), trial_.continuous.end(), plan.continuous.begin());
       report = trial;
@@ -230,7 +230,7 @@ class ContinuousRefinement {
     return false;
   }
 
-  Report rolled(const Problem<M>& problem, Plan<M>& plan) noexcept {
+  SolveReport rolled(const Problem<M>& problem, Plan<M>& plan) noexcept {
     const PhaseScope timed(phases_, Phase::rollout);
     return evaluate(problem, plan);
   }

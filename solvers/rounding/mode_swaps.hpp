@@ -49,7 +49,7 @@ class ModeSwaps {
   /// Returns the report of evaluate() for the plan it leaves, with the blocks rolled out as nodes; deadline_reached if
   /// stopped before the end, iteration_limit by most_sweeps. A plan that breaks a bound, a dwell or max_switches counts
   /// as one of infinite cost.
-  Report improve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept {
+  SolveReport improve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept {
     nodes_ = 0;
     Status end = Status::iteration_limit;
     spread_continuous(problem, plan);
@@ -63,7 +63,7 @@ class ModeSwaps {
       }
       if (!changed && end == Status::iteration_limit) end = Status::feasible;
     }
-    Report report = evaluate(problem, plan);
+    SolveReport report = evaluate(problem, plan);
     report.nodes = nodes_;
     if (report.status == Status::feasible) report.status = end;
     return report;
@@ -80,7 +80,7 @@ class ModeSwaps {
   /// A move that is being rolled.
   struct Candidate {
     Move move;
-    SwitchLines lines;
+    DelayLines lines;
     int switches = 0;
   };
 

@@ -54,10 +54,10 @@ class ProjectedGradient final : public RelaxedSolver<M>, public PhaseTimed {
     sorted_.assign(static_cast<std::size_t>(problem.modes.size()), 0.0);
   }
 
-  Report solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept override {
+  SolveReport solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept override {
     const auto start = Deadline::Clock::now();
     set_up(problem, plan);
-    Report report;
+    SolveReport report;
     report.cost = best_cost_;
     if (std::isfinite(best_cost_)) report.status = descend(problem, deadline, report.nodes);
     std::copy(best_.weights.begin(), best_.weights.end(), plan.weights.begin());

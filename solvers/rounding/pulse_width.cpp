@@ -24,10 +24,10 @@ void PulseWidth::prepare(const ModeSet& modes, const SwitchTiming& timing, const
   intervals_ = grid.intervals;
 }
 
-void PulseWidth::round(const ModeSet& modes, const SwitchLines& in_flight, std::span<const double> weights,
+void PulseWidth::round(const ModeSet& modes, const DelayLines& in_flight, std::span<const double> weights,
                        const SwitchStates<double>& owed_at_begin, std::span<int> mode,
                        std::span<SwitchStates<double>> owed) noexcept {
-  SwitchLines lines = in_flight;
+  DelayLines lines = in_flight;
   SwitchStates<double> error = owed_at_begin;
   before_ = pattern_states<double>(lines.commanded());
   int hold = std::max(0, modes.find(lines.commanded()));
@@ -54,7 +54,7 @@ void PulseWidth::round(const ModeSet& modes, const SwitchLines& in_flight, std::
 
 /// Switch states in effect in interval k and the next, as the relaxed prediction has them; before the first the
 /// commands in flight count.
-void PulseWidth::want(const ModeSet& modes, const SwitchLines& lines, std::span<const double> weights,
+void PulseWidth::want(const ModeSet& modes, const DelayLines& lines, std::span<const double> weights,
                       std::size_t k) noexcept {
   const auto width = static_cast<std::size_t>(modes.size());
   SwitchStates<double> before = before_;
@@ -72,19 +72,19 @@ void PulseWidth::want(const ModeSet& modes, const SwitchLines& lines, std::span<
   }
 }
 
-void PulseWidth::choose(std::size_t c, std::size_t k, SwitchLines::Line line, bool on, double owed) noexcept {
+void PulseWidth::choose(std::size_t c, std::size_t k, DelayLines::Line line, bool on, double owed) noexcept {
   const int steps = intervals_[k];
   const int ahead = steps + (k + 1 < intervals_.size() ? intervals_[k + 1] : 0);
   double best = std::numeric_limits<double>::infinity();
   for (std::uint32_t schedule = 0; schedule < (1u << steps); ++schedule) {
-    SwitchLines::Line trial = line;
+    DelayLines::Line trial = line;
     bool last = on;
     double error = owed, sum = 0.0;
     for (int i = 0; i < ahead && sum < best; ++i, ++trial.age) {
       const bool now = i < steps ? (schedule >> i) & 1u : last;
       if (now != last) {
         sum += trial.age < timing_.dwell[c] ? std::numeric_limits<double>::infinity() : edge_price;
-        trial = {SwitchLines::after_edge(trial.states, now, now ? timing_.rise[c] : timing_.fall[c]), 0};
+        trial = {DelayLines::after_edge(trial.states, now, now ? timing_.rise[c] : timing_.fall[c]), 0};
         last = now;
       }
       error += wanted_[static_cast<std::size_t>(i)][c] - static_cast<double>(trial.states & 1);
@@ -96,7 +96,7 @@ void PulseWidth::choose(std::size_t c, std::size_t k, SwitchLines::Line line, bo
 }
 
 /// The scheduled pattern of step i, less what excludes each other; the one in force where a dwell forbids it.
-SwitchPattern PulseWidth::allowed(const ModeSet& modes, const SwitchLines& lines, int i,
+SwitchPattern PulseWidth::allowed(const ModeSet& modes, const DelayLines& lines, int i,
                                   const SwitchStates<double>& owed) const noexcept {
   SwitchPattern pattern = 0;
   for (std::size_t c = 0; c < static_cast<std::size_t>(timing_.switches); ++c)

@@ -26,16 +26,16 @@ class PulseWidth {
   /// shapes   weights: intervals x modes    owed_at_begin: one number a switch
   ///          modes, owed: one a step of the horizon; owed[j] as step j begins, after the commands before it
   /// Two switches that exclude each other are never on together: the one that is owed less stays off.
-  void round(const ModeSet& modes, const SwitchLines& lines, std::span<const double> weights,
+  void round(const ModeSet& modes, const DelayLines& lines, std::span<const double> weights,
              const SwitchStates<double>& owed_at_begin, std::span<int> mode,
              std::span<SwitchStates<double>> owed) noexcept;
 
  private:
   using Wanted = std::array<SwitchStates<double>, 2 * longest_interval>;
 
-  void want(const ModeSet& modes, const SwitchLines& lines, std::span<const double> weights, std::size_t k) noexcept;
-  void choose(std::size_t c, std::size_t k, SwitchLines::Line line, bool on, double owed) noexcept;
-  SwitchPattern allowed(const ModeSet& modes, const SwitchLines& lines, int i,
+  void want(const ModeSet& modes, const DelayLines& lines, std::span<const double> weights, std::size_t k) noexcept;
+  void choose(std::size_t c, std::size_t k, DelayLines::Line line, bool on, double owed) noexcept;
+  SwitchPattern allowed(const ModeSet& modes, const DelayLines& lines, int i,
                         const SwitchStates<double>& owed) const noexcept;
 
   SwitchTiming timing_;

@@ -45,11 +45,11 @@ class RelaxAndPulse final : public Solver<M> {
     start_ = made_ = Plan<M>(problem);
   }
 
-  Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
+  SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
     const auto begun = Deadline::Clock::now();
     start_from(problem, plan);
-    const Report relaxed = relaxed_->solve(problem, relaxed_plan_, deadline);
-    Report report;
+    const SolveReport relaxed = relaxed_->solve(problem, relaxed_plan_, deadline);
+    SolveReport report;
     report.status = usable(relaxed.status) ? cut(problem, report) : relaxed.status;
     if (usable(report.status)) {
       if (relaxed.status != Status::optimal) report.status = relaxed.status;
@@ -91,7 +91,7 @@ class RelaxAndPulse final : public Solver<M> {
   }
 
   /// The relaxed plan cut into pulses, judged by the exact physics.
-  Status cut(const Problem<M>& problem, Report& report) noexcept {
+  Status cut(const Problem<M>& problem, SolveReport& report) noexcept {
     keep_relaxation(problem, grid_, relaxed_plan_, made_);
     std::ranges::copy(made_.relaxation.weights, weights_.weight.begin());
     if (!normalise(weights_)) return Status::numerical_failure;

@@ -71,10 +71,10 @@ class RelaxAndRound final : public Solver<M> {
     rounded_ = best_ = Plan<M>(problem);
   }
 
-  Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
+  SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
     const auto start = Deadline::Clock::now();
     trace_ = RoundingTrace();
-    report_ = Report();
+    report_ = SolveReport();
     report_.status = Status::infeasible;
     if (settings_.keep_start) adopt_starts(problem, plan);
     relax(problem, plan, deadline.share(settings_.relaxing_share));
@@ -115,7 +115,7 @@ class RelaxAndRound final : public Solver<M> {
   }
 
   void take_if_better(const Problem<M>& problem, Plan<M>& candidate, double* cost) noexcept {
-    const Report judged = evaluate(problem, candidate);
+    const SolveReport judged = evaluate(problem, candidate);
     if (judged.status == Status::numerical_failure && !std::isfinite(report_.cost)) report_.status = judged.status;
     const bool kept = judged.status == Status::feasible && judged.switches <= settings_.max_switches;
     if (cost) *cost = kept ? judged.cost : Bounds<M>::infinity;
@@ -129,7 +129,7 @@ class RelaxAndRound final : public Solver<M> {
   void relax(const Problem<M>& problem, const Plan<M>& plan, Deadline deadline) noexcept {
     const auto start = Deadline::Clock::now();
     relax_plan(problem, grid_, std::isfinite(report_.cost) ? best_ : plan, relaxed_plan_);
-    const Report relaxed = relaxed_->solve(problem, relaxed_plan_, deadline);
+    const SolveReport relaxed = relaxed_->solve(problem, relaxed_plan_, deadline);
     report_.nodes += relaxed.nodes;
     trace_.relaxation = relaxed.status;
     trace_.relaxed_cost = relaxed.cost;
@@ -180,7 +180,7 @@ class RelaxAndRound final : public Solver<M> {
     trace_.improving_us = us_since(start);
   }
 
-  Status follow(const Report& step) noexcept {
+  Status follow(const SolveReport& step) noexcept {
     const std::int64_t nodes = report_.nodes + step.nodes;
     report_ = step;
     report_.nodes = nodes;
@@ -210,7 +210,7 @@ class RelaxAndRound final : public Solver<M> {
   std::vector<double> owed_;
   SwitchLimits limits_;
   Plan<M> rounded_, best_;
-  Report report_;
+  SolveReport report_;
   RoundingTrace trace_;
 };
 

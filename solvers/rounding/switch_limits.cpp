@@ -19,7 +19,7 @@ SwitchLimits one_hot_limits(int modes) {
   return limits;
 }
 
-SwitchLimits mode_set_limits(const ModeSet& modes, const SwitchTiming& timing, const SwitchLines& lines) {
+SwitchLimits mode_set_limits(const ModeSet& modes, const SwitchTiming& timing, const DelayLines& lines) {
   SwitchLimits limits;
   for (const Mode& mode : modes.modes()) limits.patterns.push_back(mode.pattern);
   for (std::size_t c = 0; c < modes.switches().size(); ++c) {

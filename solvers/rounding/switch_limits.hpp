@@ -34,7 +34,7 @@ struct SwitchLimits {
 SwitchLimits one_hot_limits(int modes);
 
 /// The patterns of a mode set with its dwell times, in model steps, after the commands in `lines`.
-SwitchLimits mode_set_limits(const ModeSet& modes, const SwitchTiming& timing, const SwitchLines& lines);
+SwitchLimits mode_set_limits(const ModeSet& modes, const SwitchTiming& timing, const DelayLines& lines);
 
 /// Whether `age` is a dwell of `least`, in spite of rounding.
 inline bool has_dwelt(double age, double least) noexcept { return age >= least * (1.0 - 1e-9); }

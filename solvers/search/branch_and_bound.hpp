@@ -54,7 +54,7 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
     std::exclusive_scan(problem.horizon.blocks.begin(), problem.horizon.blocks.end(), first_step_.begin(), 0);
   }
 
-  Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
+  SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
     const auto start = Deadline::Clock::now();
     begin(problem, plan);
     if (settings_.prune) adopt_incumbents(problem, plan);
@@ -84,12 +84,12 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
   struct Level {
     std::vector<Node> nodes;
     std::vector<int> order;
-    std::vector<SwitchLines> lines;  // commands in flight before the nodes' last block, one a parent
+    std::vector<DelayLines> lines;  // commands in flight before the nodes' last block, one a parent
     int next = 0, count = 0;
   };
 
   void begin(const Problem<M>& problem, const Plan<M>& plan) noexcept {
-    report_ = Report{};
+    report_ = SolveReport{};
     best_modes_ = {};
     numerical_failure_ = false;
     for (Level& level : levels_) level.next = level.count = 0;
@@ -103,7 +103,7 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
     constexpr int candidates = 2;
     const int hold = problem.modes.find(problem.lines.commanded());
     std::array<Node, candidates> nodes;
-    std::array<SwitchLines, candidates> lines;
+    std::array<DelayLines, candidates> lines;
     for (Node& node : nodes) node.state = problem.initial;
     lines.fill(problem.lines);
     for (std::size_t b = 0; b < levels_.size(); ++b) {
@@ -138,7 +138,7 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
       int room = max_lanes;
       for (; level.next < level.count; ++level.next) {
         const Node& node = level.nodes[static_cast<std::size_t>(level.order[static_cast<std::size_t>(level.next)])];
-        if (hopeless(node)) continue;
+        if (fathomed(node)) continue;
         const int children = affordable_children(problem, node);
         if (children > room && parent_count_ > 0) break;
         if (children > 0) parents_[static_cast<std::size_t>(parent_count_++)] = &node;
@@ -156,7 +156,7 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
 
   /// Whether a child after `changes` switch changes can still be as good as the incumbent: the node's bound says
   /// nothing of switching to come. The margin covers the rounding of sums in another order.
-  bool affordable(const Problem<M>& problem, const Node& node, int changes) const noexcept {
+  bool may_improve(const Problem<M>& problem, const Node& node, int changes) const noexcept {
     if (!settings_.prune) return true;
     return !((node.bound + problem.cost.switching * changes) * (1 - 1e-12) > report_.cost);
   }
@@ -165,7 +165,7 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
     const SwitchPattern before = commanded(problem, node);
     int children = 0;
     for (int mode = 0; mode < problem.modes.size(); ++mode)
-      children += affordable(problem, node, std::popcount(before ^ problem.modes.pattern(mode)));
+      children += may_improve(problem, node, std::popcount(before ^ problem.modes.pattern(mode)));
     return children;
   }
 
@@ -174,7 +174,7 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
     const std::size_t b = depth_;
     const bool leaf = b + 1 == levels_.size();
     if (!leaf) levels_[b + 1].next = levels_[b + 1].count = 0;
-    std::array<SwitchLines, max_lanes> lines;
+    std::array<DelayLines, max_lanes> lines;
     for (int g = 0; g < parent_count_; ++g) {
       const auto i = static_cast<std::size_t>(g);
       lines[i] = b == 0 ? problem.lines : levels_[b].lines[static_cast<std::size_t>(parents_[i]->source)];
@@ -191,7 +191,7 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
       const auto i = static_cast<std::size_t>(g);
       for (int mode = 0; mode < problem.modes.size(); ++mode) {
         const SwitchPattern pattern = problem.modes.pattern(mode);
-        if (!affordable(problem, *parents_[i], std::popcount(pattern ^ lines[i].commanded()))) continue;
+        if (!may_improve(problem, *parents_[i], std::popcount(pattern ^ lines[i].commanded()))) continue;
         if (!lines[i].may_command(pattern, timing_)) continue;
         if (lanes_.count == max_lanes) finish_lanes(problem, b, leaf), start_lanes(flight);
         add_lane(problem, *parents_[i], lines[i], mode);
@@ -211,7 +211,7 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
     builder_.begin(flight, inputs_);
   }
 
-  void add_lane(const Problem<M>& problem, const Node& parent, const SwitchLines& lines, int mode) noexcept {
+  void add_lane(const Problem<M>& problem, const Node& parent, const DelayLines& lines, int mode) noexcept {
     const auto lane = static_cast<std::size_t>(lanes_.count);
     const SwitchPattern pattern = problem.modes.pattern(mode);
     const int changes = std::popcount(pattern ^ lines.commanded());
@@ -330,7 +330,7 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
   }
 
   /// Whether nothing below `node` can replace the incumbent, ties included.
-  bool hopeless(const Node& node) const noexcept {
+  bool fathomed(const Node& node) const noexcept {
     if (!settings_.prune || node.bound < report_.cost) return false;
     if (node.bound > report_.cost || node.switches > report_.switches) return true;
     if (node.switches < report_.switches) return false;
@@ -394,7 +394,7 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
   std::size_t depth_ = 0;
   int parent_count_ = 0;
   bool numerical_failure_ = false;
-  Report report_;
+  SolveReport report_;
 };
 
 }  // namespace solenoid

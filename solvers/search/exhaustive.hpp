@@ -27,9 +27,9 @@ class Exhaustive final : public Solver<M> {
     best_.assign(blocks, 0);
   }
 
-  Report solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
+  SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
     const auto start = Deadline::Clock::now();
-    report_ = Report{};
+    report_ = SolveReport{};
     any_feasible_ = false;
     path_[0] = Rollout<M>(problem);
     const bool complete = expand(problem, plan, 0, deadline);
@@ -80,7 +80,7 @@ class Exhaustive final : public Solver<M> {
   SwitchTiming timing_;
   std::vector<Rollout<M>> path_;  // path_[b]: before block b
   std::vector<int> sequence_, best_;
-  Report report_;
+  SolveReport report_;
   bool any_feasible_ = false;
 };
 

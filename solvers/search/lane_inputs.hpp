@@ -49,7 +49,7 @@ class LaneInputBuilder {
   }
 
   /// Lane `lane` commands `pattern` on top of `before`.
-  void command(const SwitchLines& before, SwitchPattern pattern, int lane, LaneInputs<M>& inputs) const {
+  void command(const DelayLines& before, SwitchPattern pattern, int lane, LaneInputs<M>& inputs) const {
     const SwitchPattern changed = pattern ^ before.commanded();
     for (int i = 0; i < inputs.pieces; ++i) {
       const auto k = static_cast<std::size_t>(i);

@@ -46,7 +46,7 @@ class Sqp final : public RelaxedSolver<M>, public PhaseTimed {
   explicit Sqp(const SqpSettings& settings = {}) : settings_(settings) {}
 
   void prepare(const Problem<M>& problem, const RelaxedGrid& grid) override;
-  Report solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept override;
+  SolveReport solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept override;
   bool anticipates() const override { return true; }
   void anticipate(const Problem<M>& expected, const RelaxedPlan<M>& warm_start) noexcept override;
   void time_phases(PhaseTimes* into) noexcept override { phases_ = into; }
@@ -67,7 +67,7 @@ class Sqp final : public RelaxedSolver<M>, public PhaseTimed {
   /// What a linearisation depends on beside the state and the plan.
   struct Anticipated {
     bool ready = false;
-    SwitchLines lines;
+    DelayLines lines;
     std::vector<OutputOf<M>> reference, setpoint;
   };
 
@@ -77,11 +77,11 @@ class Sqp final : public RelaxedSolver<M>, public PhaseTimed {
   bool linearise(const Problem<M>& problem, Nodes nodes) noexcept;
   template <int lanes>
   void linearise_stage(const Problem<M>& problem, std::size_t k, Nodes nodes) noexcept;
-  void weigh_output(const M& model, const OutputOf<M>& weight, const OutputOf<M>& reference, const State& x,
-                    qp::OcpStage<X, U>& stage) noexcept;
-  void weigh_switching(const Problem<M>& problem, std::size_t k) noexcept;
-  void weigh_consumption(const Problem<M>& problem, std::size_t k) noexcept;
-  void weigh_effort(const Problem<M>& problem, std::size_t k) noexcept;
+  void add_output(const M& model, const OutputOf<M>& weight, const OutputOf<M>& reference, const State& x,
+                  qp::OcpStage<X, U>& stage) noexcept;
+  void add_switching(const Problem<M>& problem, std::size_t k) noexcept;
+  void add_consumption(const Problem<M>& problem, std::size_t k) noexcept;
+  void add_effort(const Problem<M>& problem, std::size_t k) noexcept;
   void set_bounds(const Problem<M>& problem, std::size_t k) noexcept;
   qp::Info solve_qp(Deadline deadline) noexcept;
   void guess_active_set() noexcept;

@@ -17,9 +17,9 @@ void Sqp<M, P, A>::prepare(const Problem<M>& problem, const RelaxedGrid& grid) {
 }
 
 template <HybridModel M, int P, int A>
-Report Sqp<M, P, A>::solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept {
+SolveReport Sqp<M, P, A>::solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept {
   const auto start = Deadline::Clock::now();
-  Report report;
+  SolveReport report;
   best_cost_ = exact_cost(problem, plan);
   bool prepared = report.anticipated = take_anticipated(problem);
   if (!prepared) load(problem, plan);
@@ -126,11 +126,11 @@ void Sqp<M, P, A>::load(const Problem<M>& problem, const RelaxedPlan<M>& plan) n
   for (std::size_t k = 0; k < t_.stages(); ++k) t_.from_plan(problem, plan, k, at_.w[k]);
   qp::OcpStage<X, U> probe;
   cost_scale_ = 1.0;
-  weigh_output(problem.model, problem.cost.tracking, problem.reference[0], problem.initial, probe);
+  add_output(problem.model, problem.cost.tracking, problem.reference[0], problem.initial, probe);
   const double longest = *std::max_element(t_.grid.intervals.begin(), t_.grid.intervals.end());
   double most = longest * probe.q_matrix.diagonal().maxCoeff();
   probe.q_matrix.setZero();
-  weigh_output(problem.model, problem.cost.terminal, problem.reference[0], problem.initial, probe);
+  add_output(problem.model, problem.cost.terminal, problem.reference[0], problem.initial, probe);
   most = std::max(most, probe.q_matrix.diagonal().maxCoeff());
   if (most > 0.0 && std::isfinite(most)) cost_scale_ = 1.0 / most;
 }
@@ -153,12 +153,12 @@ bool Sqp<M, P, A>::linearise(const Problem<M>& problem, Nodes nodes) noexcept {
   }
   for (std::size_t k = 0; k < t_.stages(); ++k) {
     with_best_lanes([&](auto lanes) { linearise_stage<lanes>(problem, k, nodes); });
-    weigh_effort(problem, k);
-    weigh_switching(problem, k);
-    weigh_consumption(problem, k);
+    add_effort(problem, k);
+    add_switching(problem, k);
+    add_consumption(problem, k);
     set_bounds(problem, k);
   }
-  weigh_output(problem.model, problem.cost.terminal, problem.reference.back(), at_.x.back(), qp_.stages.back());
+  add_output(problem.model, problem.cost.terminal, problem.reference.back(), at_.x.back(), qp_.stages.back());
   merit_ = cost_ + penalty_ * gaps_;
   guess_active_set();
   return std::isfinite(merit_);
@@ -225,8 +225,8 @@ void Sqp<M, P, A>::linearise_stage(const Problem<M>& problem, std::size_t k, Nod
   };
   const auto c = t_.template commanded<StageDual>(v);
   const auto previous = t_.template previous<StageDual>(problem, k, a);
-  roll_interval<M, Physics::smooth, StageDual>(problem, t_.timing, t_.first_step[k], t_.grid.intervals[k], previous, c,
-                                               u, x, track, running);
+  roll_interval<M, Dynamics::smoothed, StageDual>(problem, t_.timing, t_.first_step[k], t_.grid.intervals[k], previous,
+                                                  c, u, x, track, running);
   stage.q_matrix += hessian.template topLeftCorner<X, X>();
   stage.s_matrix = hessian.template block<U, X>(X, 0);
   stage.r_matrix = hessian.template block<U, U>(X, X);
@@ -244,12 +244,12 @@ void Sqp<M, P, A>::linearise_stage(const Problem<M>& problem, std::size_t k, Nod
   }
   for (int j = 0; j < A; ++j)
     for (int p = 0; p < P; ++p) stage.b(NX + j, p) = t_.memory(j, p);
-  weigh_output(problem.model, problem.cost.tracking, problem.reference[last], at_.x[k + 1], qp_.stages[k + 1]);
+  add_output(problem.model, problem.cost.tracking, problem.reference[last], at_.x[k + 1], qp_.stages[k + 1]);
 }
 
 template <HybridModel M, int P, int A>
-void Sqp<M, P, A>::weigh_output(const M& model, const OutputOf<M>& weight, const OutputOf<M>& reference, const State& x,
-                                qp::OcpStage<X, U>& stage) noexcept {
+void Sqp<M, P, A>::add_output(const M& model, const OutputOf<M>& weight, const OutputOf<M>& reference, const State& x,
+                              qp::OcpStage<X, U>& stage) noexcept {
   if (std::all_of(weight.begin(), weight.end(), [](double w) { return w == 0.0; })) return;
   Vector<StateDual, M::state_size> dual;
   for (int i = 0; i < NX; ++i) {
@@ -270,7 +270,7 @@ void Sqp<M, P, A>::weigh_output(const M& model, const OutputOf<M>& weight, const
 }
 
 template <HybridModel M, int P, int A>
-void Sqp<M, P, A>::weigh_effort(const Problem<M>& problem, std::size_t k) noexcept {
+void Sqp<M, P, A>::add_effort(const Problem<M>& problem, std::size_t k) noexcept {
   for (int i = 0; i < NU; ++i) {
     const double scale = input_scale_[P + i];
     qp_.stages[k].r_matrix(P + i, P + i) +=
@@ -280,7 +280,7 @@ void Sqp<M, P, A>::weigh_effort(const Problem<M>& problem, std::size_t k) noexce
 }
 
 template <HybridModel M, int P, int A>
-void Sqp<M, P, A>::weigh_switching(const Problem<M>& problem, std::size_t k) noexcept {
+void Sqp<M, P, A>::add_switching(const Problem<M>& problem, std::size_t k) noexcept {
   if (problem.cost.switching == 0.0) return;
   auto& stage = qp_.stages[k];
   typename Trans::Memory a = Trans::Memory::Zero();
@@ -307,7 +307,7 @@ void Sqp<M, P, A>::weigh_switching(const Problem<M>& problem, std::size_t k) noe
 
 /// Curvature of the consumption in the switched inputs, at the interval's first state and with all delays over.
 template <HybridModel M, int P, int A>
-void Sqp<M, P, A>::weigh_consumption(const Problem<M>& problem, std::size_t k) noexcept {
+void Sqp<M, P, A>::add_consumption(const Problem<M>& problem, std::size_t k) noexcept {
   if constexpr (HasConsumption<M>) {
     if (problem.cost.consumption == 0.0) return;
     constexpr int n = static_cast<int>(M::switched_size);
@@ -378,7 +378,7 @@ template <HybridModel M, int P, int A>
     for (int i = 0; i < NU; ++i) u[static_cast<std::size_t>(i)] = at.w[k][P + i];
     State x = at.x[k];
     const auto last = static_cast<std::size_t>(t_.first_step[k + 1] - 1);
-    roll_interval<M, Physics::smooth, double>(
+    roll_interval<M, Dynamics::smoothed, double>(
         problem, t_.timing, t_.first_step[k], t_.grid.intervals[k], previous, c, u, x,
         [&](std::size_t j, const State& state) {
           const auto z = problem.model.template output<double>(j == last ? at.x[k + 1] : state);

@@ -32,7 +32,7 @@ double measure(const char* what, Problem<M> problem, Solver<M>& solver, const st
     for (std::size_t i = 0; i < all.size(); ++i) {
       all[i].pose(problem);
       Plan<M> plan = warm ? all[i].warm_start : Plan<M>(problem);
-      const Report report = solver.solve(problem, plan, Deadline::never());
+      const SolveReport report = solver.solve(problem, plan, Deadline::never());
       best[i] = std::min(best[i], report.time_us);
       nodes[i] = static_cast<double>(report.nodes);
     }
@@ -120,7 +120,7 @@ void deadline_overrun(double budget_us) {
       instance.pose(problem);
       Plan<PrestabilisedActuator> plan = instance.warm_start;
       const auto budget = std::chrono::nanoseconds(static_cast<int>(1000 * budget_us));
-      const Report report = search.solve(problem, plan, Deadline::after(budget));
+      const SolveReport report = search.solve(problem, plan, Deadline::after(budget));
       if (report.status != Status::deadline_reached) continue;
       least = std::min(least, report.time_us - budget_us);
       any.push_back(report.time_us - budget_us);

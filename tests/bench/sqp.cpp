@@ -76,7 +76,7 @@ int main() {
     cold.push_back(real_time_iteration(*once, one.problem, middle));
     RelaxedPlan<TrackingSlide> plan = middle;
     std::vector<double> times;
-    Report report;
+    SolveReport report;
     for (int i = 0; i < repetitions; ++i) {
       plan = middle;
       report = sqp->solve(one.problem, plan, Deadline::never());

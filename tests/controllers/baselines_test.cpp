@@ -103,7 +103,7 @@ Means means_at(double u, const PulseWidthSettings& base, int periods) {
   PulseWidthPid law = law_of(s);
   const ModeSet modes = valve_modes("three_way", ActuatorParameters());
   const SwitchTiming timing(modes, 1e-3);
-  SwitchLines lines(0);
+  DelayLines lines(0);
   Means m;
   const int ticks = periods * s.period_ticks;
   for (int k = 0; k < ticks; ++k) {
@@ -210,7 +210,7 @@ Problem<PneumaticActuator> tracking_problem(const char* valves, std::vector<int>
   const PneumaticActuator model;
   Problem<PneumaticActuator> problem(model, valve_modes(valves, model.parameters()), {1e-3, std::move(blocks)}, cost);
   problem.initial = {0.045, 0.03, 160e3, 140e3};
-  problem.lines = SwitchLines(0);
+  problem.lines = DelayLines(0);
   for (std::size_t j = 0; j < problem.reference.size(); ++j) {
     const double t = 1e-3 * static_cast<double>(j + 1);
     problem.reference[j] = {0.046 + 0.05 * t + t * t, 0.05 + 2 * t};  // accelerates at 2 m/s2
@@ -259,8 +259,8 @@ TEST(ExtendedCost, ChoosesTheLeastAndClosesAfterwards) {
   std::set<int> chosen;
   for (int trial = 0; trial < 60; ++trial) {
     problem.initial[position] = 0.045 + 0.01 * unit(random);
-    problem.lines = SwitchLines(problem.modes.pattern(trial % 3));
-    const Report report = solver.solve(problem, plan, Deadline::never());
+    problem.lines = DelayLines(problem.modes.pattern(trial % 3));
+    const SolveReport report = solver.solve(problem, plan, Deadline::never());
     ASSERT_EQ(report.status, Status::optimal);
     EXPECT_EQ(report.cost, solver.cost_of_mode(problem, plan, plan.modes[0]));
     EXPECT_EQ(report.bound, report.cost);
@@ -283,8 +283,8 @@ TEST(ExtendedCost, WithoutItsOwnTermAndWithOneBlockItIsExhaustiveSearch) {
     Plan<PneumaticActuator> plan(problem), best(problem);
     for (int trial = 0; trial < 30; ++trial) {
       problem.initial = {0.046 + 0.01 * unit(random), 0.1 * unit(random), 150e3 + 40e3 * unit(random), 150e3};
-      const Report mine = solver.solve(problem, plan, Deadline::never());
-      const Report least = oracle.solve(problem, best, Deadline::never());
+      const SolveReport mine = solver.solve(problem, plan, Deadline::never());
+      const SolveReport least = oracle.solve(problem, best, Deadline::never());
       EXPECT_EQ(mine.cost, least.cost) << valves;
       EXPECT_EQ(plan.modes, best.modes) << valves;
     }

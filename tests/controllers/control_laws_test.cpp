@@ -61,10 +61,10 @@ TEST(MotorLaws, InverseDynamicsCarryALoadThatWasEstimated) {
 struct Scripted final : Solver<PneumaticActuator> {
   explicit Scripted(std::vector<double>& references) : references(references) {}
   void prepare(const Problem<PneumaticActuator>&) override {}
-  Report solve(const Problem<PneumaticActuator>& p, Plan<PneumaticActuator>& plan, Deadline) noexcept override {
+  SolveReport solve(const Problem<PneumaticActuator>& p, Plan<PneumaticActuator>& plan, Deadline) noexcept override {
     references.push_back(p.reference.front()[0]);
     plan.modes.front() = 1 + calls % 3;
-    Report report;
+    SolveReport report;
     report.status = ++calls % 3 == 0 ? Status::numerical_failure : Status::optimal;
     return report;
   }
@@ -108,10 +108,10 @@ struct Listening final : Solver<Model> {
   explicit Listening(std::vector<Problem<Model>>& posed, std::vector<Problem<Model>>& expected)
       : posed(posed), expected(expected) {}
   void prepare(const Problem<Model>&) override {}
-  Report solve(const Problem<Model>& p, Plan<Model>& plan, Deadline) noexcept override {
+  SolveReport solve(const Problem<Model>& p, Plan<Model>& plan, Deadline) noexcept override {
     posed.push_back(p);
     for (std::size_t b = 0; b < plan.modes.size(); ++b) plan.modes[b] = b % 3 == 1;
-    Report report;
+    SolveReport report;
     report.status = Status::feasible;
     return report;
   }
@@ -155,7 +155,7 @@ TEST(MpcController, ExpectsWhatItIsThenPosed) {
         {std::move(problem), std::make_unique<Listening<PneumaticActuator>>(posed, expected), {}, {}, latency},
         thesis_sine(0.02), PdMotor(model, {}));
     const SwitchTiming timing(modes, tick_s);
-    SwitchLines lines(0);
+    DelayLines lines(0);
     Sensors sensors;
     sensors.ideal = true;
     sensors.truth = {0.0202, 0.0, 1.2e5, 1.2e5};

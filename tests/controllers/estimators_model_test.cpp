@@ -125,11 +125,11 @@ TEST(Forecast, IsThePlantItselfWhenModelAndInputsAgree) {
   const PneumaticActuator model;
   const ModeSet modes = valve_modes("three_way", ActuatorParameters());
   const SwitchTiming timing(modes, tick_s);
-  SwitchLines lines(0);
+  DelayLines lines(0);
   lines.command(3, timing);
   ActuatorState plant = {0.05, 0.1, 1.5e5, 1.4e5};
   const ActuatorState start = plant;
-  SwitchLines moving = lines;
+  DelayLines moving = lines;
   const auto commanded = [](int j) -> SwitchPattern { return j < 2 ? 3 : 1; };  // a plan that goes on meanwhile
   for (int j = 0; j < 7; ++j) {
     lines.command(commanded(j), timing);

@@ -12,13 +12,13 @@ TEST(RelaxedVariants, TrackTheSineOnTheirOwnModel) {
     VariantConfig v;
     v.solver = "sqp";
     v.motor = motor;
-    const double start_m = v.believed.equilibrium_position_m();
+    const double start_m = v.nominal.equilibrium_position_m();
     const Trajectory motion = thesis_sine(start_m);
     const auto controller = make_controller(v, motion, Plane::vertical);
-    const PneumaticActuator plant(v.believed);
-    const ModeSet modes = valve_modes(v.valves, v.believed);
+    const PneumaticActuator plant(v.nominal);
+    const ModeSet modes = valve_modes(v.valves, v.nominal);
     const SwitchTiming timing(modes, 0.001);
-    SwitchLines lines(0);
+    DelayLines lines(0);
     ActuatorState x = {start_m, 0.0, 101325.0, 101325.0};
     double sum = 0.0;
     int solves = 0, failures = 0;

@@ -243,7 +243,7 @@ TEST(ValveDelays, FourAndOneMillisecondsAreSeenInThePressure) {
   const PneumaticActuator model(p);
   const ModeSet modes = valve_modes("three_way", p);
   const SwitchTiming timing(modes, 1e-3);
-  SwitchLines lines(0);
+  DelayLines lines(0);
   ActuatorState x{0.05, 0, 150e3, 101325};
   std::mt19937_64 random(3);
   std::vector<double> pressure{x[pressure_a]};

@@ -53,7 +53,7 @@ TEST_P(RandomLines, AgreeWithAListOfScheduledEdges) {
   for (std::size_t c = 0; c < max_switches; ++c)
     timing.rise[c] = below(longest), timing.fall[c] = below(longest), timing.dwell[c] = below(10);
   const auto start = static_cast<SwitchPattern>(below(1 << n));
-  SwitchLines lines(start);
+  DelayLines lines(start);
   std::vector<NaiveLine> naive;
   for (int c = 0; c < n; ++c) naive.emplace_back((start >> c) & 1u);
   const auto effective = [&](int ahead) {
@@ -79,7 +79,7 @@ TEST_P(RandomLines, AgreeWithAListOfScheduledEdges) {
     }
     ASSERT_EQ(lines.settled_after(), last_change);
     const int steps = below(GetParam() % 2 ? 8 : 70);
-    SwitchLines one_by_one = lines;
+    DelayLines one_by_one = lines;
     for (int i = 0; i < steps; ++i) {
       one_by_one.advance(1);
       for (NaiveLine& line : naive) line.advance();
@@ -93,10 +93,10 @@ TEST_P(RandomLines, AgreeWithAListOfScheduledEdges) {
 
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomLines, testing::Range(1, 25));
 
-TEST(SwitchLines, SwallowAPulseShorterThanItsDelay) {
+TEST(DelayLines, SwallowAPulseShorterThanItsDelay) {
   SwitchTiming timing;
   timing.rise[0] = 4, timing.fall[0] = 1;
-  SwitchLines lines(0);
+  DelayLines lines(0);
   lines.command(1, timing);
   lines.advance(2);
   lines.command(0, timing);  // falls at 3, before the rise at 4
@@ -172,7 +172,7 @@ TEST(Valves, NeverOpenSupplyAndExhaustTogetherWhileEdgesAreInFlight) {
     const ModeSet modes = valve_modes(name, {});
     const SwitchTiming timing(modes, 1e-3);
     std::mt19937_64 random(5);
-    SwitchLines lines(0);
+    DelayLines lines(0);
     for (int period = 0; period < 5000; ++period) {
       lines.command(modes.pattern(static_cast<int>(random() % static_cast<std::uint64_t>(modes.size()))), timing);
       for (int i = 0; i < 5; ++i, lines.advance(1)) {
@@ -187,7 +187,7 @@ TEST(Valves, NeverOpenSupplyAndExhaustTogetherWhileEdgesAreInFlight) {
 TEST(Valves, BlockTheChamberBetweenFillAndExhaust) {
   const ModeSet modes = valve_modes("two_way", {});
   const SwitchTiming timing(modes, 1e-3);
-  SwitchLines lines(0b01);
+  DelayLines lines(0b01);
   lines.command(0b10, timing);  // fill A to exhaust A: supply closes after 1 ms, exhaust opens after 4
   const SwitchPattern expected[] = {0b01, 0b00, 0b00, 0b00, 0b10};
   for (int i = 0; i < 5; ++i) EXPECT_EQ(lines.effective(i), expected[i]) << i << " ms";

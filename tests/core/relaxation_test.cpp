@@ -54,7 +54,7 @@ void expect_same_at_integer_points(const std::string& valves) {
     for (int& mode : plan.modes) mode = static_cast<int>(random() % static_cast<unsigned>(problem.modes.size()));
     for (auto& u : plan.continuous) u[0] = uniform(random, -5.0, 5.0);
     plan.outputs.resize(problem.reference.size());
-    const Report exact = evaluate(problem, plan);
+    const SolveReport exact = evaluate(problem, plan);
     for (const int period : {0, 5}) {
       const RelaxedGrid grid = control_grid(problem.horizon, period);
       check_grid(problem, grid);
@@ -81,7 +81,7 @@ TEST(Relaxation, StateInEffectIsMultilinearAndFollowsTheLines) {
     timing.rise[0] = rise, timing.fall[0] = fall;
     for (const SwitchPattern before : {0u, 1u})
       for (const SwitchPattern after : {0u, 1u}) {
-        SwitchLines lines(before);
+        DelayLines lines(before);
         lines.command(after, timing);
         for (int i = 0; i < 8; ++i)
           EXPECT_EQ(effective_state<double>(before, after, i, rise, fall), lines.effective(i)) << rise << fall << i;

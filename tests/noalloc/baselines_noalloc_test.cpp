@@ -16,8 +16,8 @@ TEST(HotPath, BaselinesRunWithoutAllocation) {
   ASSERT_TRUE(AllocationGuard::available());
   for (const char* name : {"van_varseveld_bone", "sliding_three_mode", "takemura_hybrid", "qi_bone_zhang"}) {
     const VariantConfig v = shipped_variant(name);
-    const Trajectory task = thesis_sine(v.believed.equilibrium_position_m());
-    ModelPlant plant(v.believed, v.valves, task.start_m(), {.ideal = false, .noise = true});
+    const Trajectory task = thesis_sine(v.nominal.equilibrium_position_m());
+    ModelPlant plant(v.nominal, v.valves, task.start_m(), {.ideal = false, .noise = true});
     const auto controller = make_controller(v, task, Plane::vertical);
     CommandLimits limits = make_limits(v);
     MemoryRecorder recorder(1000);

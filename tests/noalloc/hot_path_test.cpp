@@ -68,7 +68,7 @@ void solves_without_allocation(Solver<M>& solver, const char* valves) {
   problem.initial = {0.05, 0.1, 150e3, 150e3};
   solver.prepare(problem);
   Plan<M> plan(problem);
-  Report report;
+  SolveReport report;
   EXPECT_EQ(allocations_of([&] { report = solver.solve(problem, plan, Deadline::never()); }), 0);
   EXPECT_EQ(report.status, Status::optimal);
   const Deadline over(Deadline::Clock::now());
@@ -93,8 +93,8 @@ TEST(HotPath, SearchesSolveWithoutAllocation) {
 TEST(HotPath, ControllerAndLoopRunWithoutAllocation) {
   for (const char* motor : {"none", "pd", "inverse_dynamics", "in_prediction"}) {
     const VariantConfig v = variant("two_way", motor);
-    const Trajectory task = thesis_sine(v.believed.equilibrium_position_m());
-    ModelPlant plant(v.believed, v.valves, task.start_m(), {.ideal = false, .noise = true});
+    const Trajectory task = thesis_sine(v.nominal.equilibrium_position_m());
+    ModelPlant plant(v.nominal, v.valves, task.start_m(), {.ideal = false, .noise = true});
     const auto controller = make_controller(v, task, Plane::vertical);
     CommandLimits limits = make_limits(v);
     MemoryRecorder recorder(100);

@@ -20,7 +20,7 @@ TEST(SqpNoAlloc, SolveAndRealTimeIterationAtEveryStatus) {
   const auto fenced = [&](Slide& sqp, const Problem<TrackingSlide>& problem, Deadline deadline) {
     RelaxedPlan<TrackingSlide> plan(problem, grid);
     const auto before = AllocationGuard::thread_allocations();
-    const Report report = sqp.solve(problem, plan, deadline);
+    const SolveReport report = sqp.solve(problem, plan, deadline);
     sqp.anticipate(problem, plan);
     sqp.solve(problem, plan, deadline);
     EXPECT_EQ(AllocationGuard::thread_allocations(), before) << to_string(report.status);

@@ -45,7 +45,7 @@ TEST_P(EveryVariant, CatchesUpWithSkippedTicks) {
   const auto ladder = make_ladder(variant(), scenario().trajectory, scenario().plane, {}, {});
   const auto plant = make_plant(variant(), scenario(), 1);
   CommandLimits limits = make_limits(variant());
-  const ModeSet modes = valve_modes(variant().valves, variant().believed);
+  const ModeSet modes = valve_modes(variant().valves, variant().nominal);
   Decision d;
   double worst_m = 0.0;
   for (int k = 0; k < 1200; ++k) {

@@ -18,7 +18,7 @@ constexpr double two_switch_optimum = 1.38276;  // w in {0, 1}, on shore - fishi
 constexpr int samples = 1200;                   // of 0.01
 
 struct Caught {
-  Report report;
+  SolveReport report;
   Plan<Fishing> plan;
   double integral = 0.0;
 };

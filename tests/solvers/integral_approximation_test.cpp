@@ -251,7 +251,7 @@ TEST(SwitchLimits, OfAModeSetAreItsCoilsWithTheirAges) {
   const ModeSet modes("m", {{"a", 0.004, 0.001, 0.010}, {"b"}}, {{"off", 0}, {"a", 1}, {"ab", 3}}, {0.0},
                       {{1.0}, {1.0}});
   const SwitchTiming timing(modes, 0.001);
-  SwitchLines lines(0);
+  DelayLines lines(0);
   lines.command(1, timing);
   lines.advance(4);
   const SwitchLimits limits = mode_set_limits(modes, timing, lines);

@@ -14,7 +14,7 @@ using test::TrackingSlide;
 using SlideIpopt = RelaxedIpopt<TrackingSlide, 2, 0>;
 
 struct Outcome {
-  Report report;
+  SolveReport report;
   RelaxedPlan<TrackingSlide> plan;
 };
 
@@ -74,7 +74,7 @@ TEST(Ipopt, FishingReachesTheRelaxedOptimum) {
   RelaxedIpopt<LotkaVolterraFishing, 1, 0> solver;
   solver.prepare(problem, grid);
   RelaxedPlan<LotkaVolterraFishing> plan(problem, grid);
-  const Report report = solver.solve(problem, plan, Deadline::never());
+  const SolveReport report = solver.solve(problem, plan, Deadline::never());
   EXPECT_EQ(report.status, Status::optimal);
   EXPECT_NEAR(fishing_integral(problem, plan.outputs), 1.34408, 1e-5);
 }

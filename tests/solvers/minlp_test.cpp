@@ -91,7 +91,7 @@ TEST(Bonmin, FindsTheBestPlanOfSmallProblemsOrNearly) {
     BonminSolver<Fishing> bonmin;
     bonmin.prepare(problem);
     const double before = evaluate(problem, plan).cost;
-    const Report report = bonmin.solve(problem, plan, Deadline::never());
+    const SolveReport report = bonmin.solve(problem, plan, Deadline::never());
     EXPECT_TRUE(usable(report.status));
     EXPECT_EQ(report.cost, evaluate(problem, plan).cost);
     EXPECT_GE(report.cost, optimum);
@@ -109,7 +109,7 @@ TEST(Bonmin, KeepsTheDeadlineAndTheWarmStart) {
   const double before = evaluate(problem, plan).cost;
   BonminSolver<Fishing> bonmin;
   bonmin.prepare(problem);
-  const Report report = bonmin.solve(problem, plan, Deadline::after(std::chrono::milliseconds(1)));
+  const SolveReport report = bonmin.solve(problem, plan, Deadline::after(std::chrono::milliseconds(1)));
   EXPECT_EQ(report.status, Status::deadline_reached);
   EXPECT_LE(report.cost, before);
   problem.initial[0] = std::nan("");

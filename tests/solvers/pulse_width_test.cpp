@@ -39,7 +39,7 @@ Followed follow(const ModeSet& modes, const std::vector<double>& row, int interv
   std::vector<double> weights = row;
   weights.insert(weights.end(), row.begin(), row.end());
   const auto c = commanded_states<double>(modes, std::span<const double>(row));
-  SwitchLines lines(0);
+  DelayLines lines(0);
   SwitchStates<double> owed{};
   std::vector<int> mode(static_cast<std::size_t>(2 * interval));
   std::vector<SwitchStates<double>> owes(mode.size());
@@ -118,14 +118,14 @@ class Fixed final : public RelaxedSolver<PneumaticActuator> {
   void prepare(const Problem<PneumaticActuator>& problem, const RelaxedGrid& grid) override {
     check_grid(problem, grid);
   }
-  Report solve(const Problem<PneumaticActuator>& problem, RelaxedPlan<PneumaticActuator>& plan,
-               Deadline) noexcept override {
+  SolveReport solve(const Problem<PneumaticActuator>& problem, RelaxedPlan<PneumaticActuator>& plan,
+                    Deadline) noexcept override {
     started_from = plan.weights;
     for (std::size_t k = 0; k < plan.intervals(); ++k) {
       const auto row = row_for(problem.modes, 0.3 + 0.02 * static_cast<double>(k), 0.0);
       std::ranges::copy(row, plan.row(k).begin());
     }
-    Report report;
+    SolveReport report;
     report.status = status_;
     return report;
   }
@@ -154,7 +154,7 @@ TEST(RelaxAndPulse, TheRelaxationAndWhatIsOwedRideInTheWarmStart) {
   RelaxAndPulse<PneumaticActuator> solver(std::move(fixed), {.interval = 5});
   solver.prepare(problem);
   Plan<PneumaticActuator> plan(problem);
-  const Report first = solver.solve(problem, plan, Deadline::never());
+  const SolveReport first = solver.solve(problem, plan, Deadline::never());
   EXPECT_EQ(first.status, Status::feasible);  // pulses prove nothing
   EXPECT_EQ(first.cost, evaluate(problem, plan).cost);
   ASSERT_TRUE(plan.relaxation.known);
@@ -163,7 +163,7 @@ TEST(RelaxAndPulse, TheRelaxationAndWhatIsOwedRideInTheWarmStart) {
   shift_plan(problem.horizon, 5, plan);
   EXPECT_EQ(plan.relaxation.owed[0], owed);
   const Plan<PneumaticActuator> warm = plan;
-  const Report second = solver.solve(problem, plan, Deadline::never());
+  const SolveReport second = solver.solve(problem, plan, Deadline::never());
   EXPECT_NEAR(inside.started_from[static_cast<std::size_t>(problem.modes.find(1))], 0.32, 1e-12);  // an interval on
   Plan<PneumaticActuator> again = warm;
   EXPECT_EQ(solver.solve(problem, again, Deadline::never()).cost, second.cost);

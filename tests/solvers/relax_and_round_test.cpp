@@ -59,7 +59,7 @@ TEST(ModeSwaps, LeaveAPlanWithoutABetterNeighbour) {
     const double before = evaluate(problem, plan).cost;
     ModeSwaps<Fishing> swaps;
     swaps.prepare(problem);
-    const Report report = swaps.improve(problem, plan, Deadline::never());
+    const SolveReport report = swaps.improve(problem, plan, Deadline::never());
     EXPECT_EQ(report.status, Status::feasible);
     EXPECT_EQ(report.cost, evaluate(problem, plan).cost);
     EXPECT_LE(report.cost, before);
@@ -85,10 +85,10 @@ TEST(ModeSwaps, KeepDwellAndSwitchCountAndRepairPlansThatBreakThem) {
     const auto problem = drawn_fishing(random, 0.9);
     Plan<Fishing> plan(problem);
     for (int& mode : plan.modes) mode = static_cast<int>(random() % 2);
-    const Report before = evaluate(problem, plan);
+    const SolveReport before = evaluate(problem, plan);
     ModeSwaps<Fishing> swaps({.max_switches = 3});
     swaps.prepare(problem);
-    const Report report = swaps.improve(problem, plan, Deadline::never());
+    const SolveReport report = swaps.improve(problem, plan, Deadline::never());
     const bool kept = before.status == Status::feasible && before.switches <= 3;
     EXPECT_TRUE(!kept || report.cost <= before.cost);
     if (report.status == Status::feasible && report.switches <= 3) repaired += !kept;
@@ -104,7 +104,7 @@ TEST(ModeSwaps, StopAtTheDeadlineWithAPlanNoWorse) {
   const double before = evaluate(problem, plan).cost;
   ModeSwaps<Fishing> swaps;
   swaps.prepare(problem);
-  const Report report = swaps.improve(problem, plan, Deadline(Deadline::Clock::now()));
+  const SolveReport report = swaps.improve(problem, plan, Deadline(Deadline::Clock::now()));
   EXPECT_EQ(report.status, Status::deadline_reached);
   EXPECT_LE(report.cost, before);
   ModeSwaps<Fishing> one({.most_sweeps = 0});
@@ -124,7 +124,7 @@ void expect_stationary(const char* valves, unsigned seed) {
     const double before = evaluate(problem, plan).cost;
     ContinuousRefinement<M> refinement({.most_iterations = 60, .tolerance = 1e-12});
     refinement.prepare(problem);
-    const Report report = refinement.refine(problem, plan, Deadline::never());
+    const SolveReport report = refinement.refine(problem, plan, Deadline::never());
     EXPECT_LE(report.cost, before);
     EXPECT_EQ(report.cost, evaluate(problem, plan).cost);
     for (std::size_t b = 0; b < plan.modes.size(); ++b) {
@@ -167,7 +167,7 @@ TEST(RelaxAndRound, CostsWhatItSaysAndNoMoreThanItsStartsAndItsRounding) {
     const auto method = trial % 3 ? RoundingMethod::sum_up : RoundingMethod::integral_approximation;
     auto solver = prepared(problem, static_cast<unsigned>(trial), {.method = method});
     Plan<PneumaticActuator> plan = warm;
-    const Report report = solver.solve(problem, plan, Deadline::never());
+    const SolveReport report = solver.solve(problem, plan, Deadline::never());
     EXPECT_EQ(report.status, Status::feasible);
     EXPECT_EQ(report.cost, evaluate(problem, plan).cost);
     EXPECT_LE(report.cost, evaluate(problem, warm).cost);
@@ -188,7 +188,7 @@ TEST(RelaxAndRound, PlainRoundingIsTheWeightsRounded) {
     const auto problem = drawn_fishing(random);
     auto solver = prepared(problem, static_cast<unsigned>(trial), {.improve = false, .keep_start = false});
     Plan<Fishing> plan(problem);
-    const Report report = solver.solve(problem, plan, Deadline::never());
+    const SolveReport report = solver.solve(problem, plan, Deadline::never());
     ModeWeights weights(2, {problem.horizon.blocks.begin(), problem.horizon.blocks.end()});
     weights.weight = solver.relaxed_plan().weights;
     normalise(weights);
@@ -214,7 +214,7 @@ TEST(RelaxAndRound, IntegralApproximationKeepsDwellWhereSumUpRoundingDoesNot) {
     EXPECT_EQ(cia.solve(problem, plan, Deadline::never()).status, Status::feasible);
     EXPECT_EQ(evaluate(problem, plan).status, Status::feasible);
     auto sum_up = prepared(problem, static_cast<unsigned>(trial), plain);
-    const Report report = sum_up.solve(problem, plan, Deadline::never());
+    const SolveReport report = sum_up.solve(problem, plan, Deadline::never());
     broken += report.status == Status::infeasible;
     EXPECT_TRUE(report.status == Status::infeasible || std::isfinite(report.cost));
   }

@@ -123,8 +123,8 @@ void equal_to_enumeration(const std::string& valves, const std::vector<int>& per
   for (std::size_t i = 0; i < all.size(); i += stride, ++compared) {
     all[i].pose(problem);
     Plan<M> found = all[i].warm_start, best(problem);
-    const Report fast = search.solve(problem, found, Deadline::never());
-    const Report full = enumerate.solve(problem, best, Deadline::never());
+    const SolveReport fast = search.solve(problem, found, Deadline::never());
+    const SolveReport full = enumerate.solve(problem, best, Deadline::never());
     ASSERT_EQ(fast.status, Status::optimal);
     ASSERT_EQ(fast.cost, full.cost) << valves << " instance " << i;
     ASSERT_EQ(found.modes, best.modes) << valves << " instance " << i;
@@ -218,7 +218,7 @@ TEST(BranchAndBound, KeepsItsPromisesAtEveryDeadline) {
     const double hold_cost = evaluate(problem, hold).cost;
     for (const int budget_us : {0, 20, 100}) {
       Plan<PrestabilisedActuator> plan = all[i].warm_start;
-      const Report r = search.solve(problem, plan, Deadline::after(std::chrono::microseconds(budget_us)));
+      const SolveReport r = search.solve(problem, plan, Deadline::after(std::chrono::microseconds(budget_us)));
       stopped += r.status == Status::deadline_reached;
       EXPECT_LE(r.bound, optimum);
       EXPECT_GE(r.cost, optimum);

@@ -15,7 +15,7 @@ using SlideSqp = Sqp<TrackingSlide, 2, 0>;
 using SlidePlan = RelaxedPlan<TrackingSlide>;
 
 struct Outcome {
-  Report report;
+  SolveReport report;
   SlidePlan plan;
 };
 
@@ -75,7 +75,7 @@ TEST(Sqp, RealTimeIterationsConvergeToTheSameCost) {
     // The first forecast of the state is wrong: the measured one makes up for it.
     Problem<TrackingSlide> forecast = problem;
     forecast.initial[0] += 1e-4, forecast.initial[2] += 2e3;
-    Report report;
+    SolveReport report;
     for (int step = 0; step < 12; ++step) {
       sqp.anticipate(step == 0 ? forecast : problem, plan);
       report = sqp.solve(problem, plan, Deadline::never());
@@ -96,13 +96,13 @@ TEST(Sqp, WhatWasAnticipatedOtherwiseIsNotUsed) {
     sqp.prepare(problem, grid);
     SlidePlan plan(problem, grid);
     sqp.anticipate(expected, plan);
-    const Report report = sqp.solve(problem, plan, Deadline::never());
+    const SolveReport report = sqp.solve(problem, plan, Deadline::never());
     EXPECT_EQ(report.anticipated, used);
     EXPECT_NEAR(report.cost, alone.report.cost, 2e-3 * alone.report.cost);
     if (!used) {
       EXPECT_EQ(plan.weights, alone.plan.weights);  // as if nothing had been anticipated
     }
-    const Report again = sqp.solve(problem, plan, Deadline::never());
+    const SolveReport again = sqp.solve(problem, plan, Deadline::never());
     EXPECT_FALSE(again.anticipated);  // one anticipation, one solve
   };
   after(problem, true);
@@ -110,7 +110,7 @@ TEST(Sqp, WhatWasAnticipatedOtherwiseIsNotUsed) {
   other.reference.back()[0] += 0.05;
   after(other, false);
   other = problem;
-  other.lines = SwitchLines(1);
+  other.lines = DelayLines(1);
   after(other, false);
   other = problem;
   other.initial[1] = std::nan("");
@@ -123,7 +123,7 @@ TEST(Sqp, FishingReachesTheRelaxedOptimum) {
   Sqp<LotkaVolterraFishing, 1, 0> sqp({.max_iterations = 100, .tolerance = 1e-9});
   sqp.prepare(problem, grid);
   RelaxedPlan<LotkaVolterraFishing> plan(problem, grid);
-  const Report report = sqp.solve(problem, plan, Deadline::never());
+  const SolveReport report = sqp.solve(problem, plan, Deadline::never());
   EXPECT_TRUE(usable(report.status));
   EXPECT_NEAR(fishing_integral(problem, plan.outputs), 1.34408, 2e-4);
 }
@@ -136,7 +136,7 @@ TEST(Sqp, NoSwitchingCostMeansLessCostThanWithIt) {
   const auto rises_and_falls = [&](double weight) {
     problem.cost.switching = weight;
     RelaxedPlan<LotkaVolterraFishing> plan(problem, grid);
-    const Report report = sqp.solve(problem, plan, Deadline::never());
+    const SolveReport report = sqp.solve(problem, plan, Deadline::never());
     EXPECT_TRUE(usable(report.status));
     double sum = std::abs(plan.row(0)[1]);
     for (std::size_t k = 1; k < grid.size(); ++k) sum += std::abs(plan.row(k)[1] - plan.row(k - 1)[1]);

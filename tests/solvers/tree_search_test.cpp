@@ -13,7 +13,7 @@ namespace {
 using Double = Problem<DoubleIntegrator>;
 
 struct Solved {
-  Report report;
+  SolveReport report;
   Plan<DoubleIntegrator> plan;
 };
 
@@ -21,7 +21,7 @@ struct Solved {
 struct LaneEnumeration {
   BranchAndBound<DoubleIntegrator> search{{.prune = false}};
   void prepare(const Double& problem) { search.prepare(problem); }
-  Report solve(const Double& problem, Plan<DoubleIntegrator>& plan, Deadline deadline) {
+  SolveReport solve(const Double& problem, Plan<DoubleIntegrator>& plan, Deadline deadline) {
     return search.solve(problem, plan, deadline);
   }
 };
@@ -51,7 +51,7 @@ struct Best {
 /// Infinity where dwell or a bound is violated.
 double naive_cost(const Double& p, const std::vector<int>& modes, int& switches) {
   const SwitchTiming timing(p.modes, p.horizon.dt_s);
-  SwitchLines lines = p.lines;
+  DelayLines lines = p.lines;
   StateOf<DoubleIntegrator> x = p.initial;
   double cost = 0;
   std::size_t j = 0;
@@ -159,7 +159,7 @@ TYPED_TEST(TreeSearch, EqualsAnIndependentEnumerationOnRandomProblems) {
     EXPECT_EQ(s.report.bound, s.report.cost);
     EXPECT_EQ(s.report.switches, best.switches) << trial;
     EXPECT_EQ(s.plan.modes, best.modes) << trial;
-    const Report judged = evaluate(problem, s.plan);
+    const SolveReport judged = evaluate(problem, s.plan);
     EXPECT_EQ(judged.cost, best.cost);
     EXPECT_EQ(judged.switches, best.switches);
   }
@@ -169,11 +169,11 @@ TYPED_TEST(TreeSearch, EqualsAnIndependentEnumerationOnRandomProblems) {
 
 TYPED_TEST(TreeSearch, BreaksTiesByFewestSwitchesThenLowestModes) {
   Double problem(DoubleIntegrator{}, bang_coast_bang(), {0.1, {2, 2, 2}}, {});  // no cost at all: everything ties
-  problem.lines = SwitchLines(1);
+  problem.lines = DelayLines(1);
   EXPECT_EQ(this->solve(problem).plan.modes, (std::vector<int>{1, 1, 1}));  // hold: no switches
   EXPECT_EQ(this->solve(problem).report.switches, 0);
   // In force is a pattern no mode commands (both on): one change reaches `right` (1) or `left` (2); the lower wins.
-  problem.lines = SwitchLines(3);
+  problem.lines = DelayLines(3);
   EXPECT_EQ(this->solve(problem).plan.modes, (std::vector<int>{1, 1, 1}));
   EXPECT_EQ(this->solve(problem).report.switches, 1);
 }
@@ -182,13 +182,13 @@ TYPED_TEST(TreeSearch, CountsTheFirstChangeAgainstTheCommandInForce) {
   Double problem(DoubleIntegrator{}, bang_bang(), {0.1, {5}}, {.tracking = {1.0, 0.0}, .switching = 0.25});
   for (auto& r : problem.reference) r = {10.0, 0.0};
   const double from_left = this->solve(problem).report.cost;
-  problem.lines = SwitchLines(1);
+  problem.lines = DelayLines(1);
   EXPECT_NEAR(from_left - this->solve(problem).report.cost, 0.25, 1e-12);
 }
 
 TYPED_TEST(TreeSearch, StopsAtADeadlineAlreadyPassedWithAUsableHold) {
   Double problem(DoubleIntegrator{}, bang_bang(), {0.1, {2, 2}}, {.terminal = {1.0, 0.0}});
-  problem.lines = SwitchLines(1);
+  problem.lines = DelayLines(1);
   const Solved s = this->solve(problem, Deadline(Deadline::Clock::now() - std::chrono::seconds(1)));
   EXPECT_EQ(s.report.status, Status::deadline_reached);
   EXPECT_TRUE(usable(s.report.status));
@@ -211,7 +211,7 @@ TYPED_TEST(TreeSearch, RespectsDwellFromTheLastCommandOn) {
   Double problem(DoubleIntegrator{}, bang_bang(0, 0, 0.5), {0.1, {2, 2, 2, 2}}, {.tracking = {1.0, 0.0}});
   for (auto& r : problem.reference) r = {10.0, 0.0};
   const SwitchTiming timing(problem.modes, 0.1);
-  problem.lines = SwitchLines(1);
+  problem.lines = DelayLines(1);
   problem.lines.advance(10);
   problem.lines.command(0, timing);  // just now: 5 steps must pass before `right` may return
   EXPECT_EQ(this->solve(problem).plan.modes, (std::vector<int>{0, 0, 0, 1}));

@@ -99,7 +99,7 @@ class DrawnWorld {
   ModeSet modes_;
   SwitchTiming timing_;
   std::unique_ptr<Controller> controller_;
-  SwitchLines lines_{0};
+  DelayLines lines_{0};
   StateOf<LoadedActuator> x_{};
   Lag lag_a_{}, lag_b_{};
   SwitchedOf<PneumaticActuator> opening_{};

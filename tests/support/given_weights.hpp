@@ -12,14 +12,14 @@ class DrawnWeights final : public RelaxedSolver<M> {
  public:
   explicit DrawnWeights(unsigned seed, Status status = Status::feasible) : random_(seed), status_(status) {}
   void prepare(const Problem<M>&, const RelaxedGrid& grid) override { grid_ = grid; }
-  Report solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline) noexcept override {
+  SolveReport solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline) noexcept override {
     std::uniform_real_distribution unit(0.0, 1.0);
     for (std::size_t k = 0; k < plan.intervals(); ++k) {
       double sum = 0.0;
       for (double& a : plan.row(k)) sum += a = unit(random_) * unit(random_);
       for (double& a : plan.row(k)) a /= sum;
     }
-    Report report;
+    SolveReport report;
     report.status = status_;
     report.cost = relaxed_cost(problem, grid_, plan);
     return report;

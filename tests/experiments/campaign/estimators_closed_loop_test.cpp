@@ -77,7 +77,7 @@ TEST_P(HiddenMismatch, PositionPayloadAndPressuresAreSeenThroughTheSensingChain)
               plant.c_str(), estimator.c_str(), friction, flow, payload_kg, e.position_mm, e.pressure_kpa,
               e.read_pressure_kpa, e.payload_kg);
   EXPECT_LT(e.position_mm, 0.02);
-  // The believed chambers are isothermal, the twin's are not: there the filter must only undo most of the delay.
+  // The nominal chambers are isothermal, the twin's are not: there the filter must only undo most of the delay.
   EXPECT_LT(e.pressure_kpa, plant == "twin" ? 0.5 * e.read_pressure_kpa : 2.0);
   EXPECT_LT(e.payload_kg, std::max(0.02, 0.1 * payload_kg));
 }

@@ -39,7 +39,7 @@ TEST(RobustVariants, StayAheadWhenTheModelIsWrong) {
 /// The arm held against gravity: no steady-state error to speak of at any payload, and nothing moves, no air is drawn.
 TEST(RobustVariants, HoldTheArmStillWithoutAirOrSwitches) {
   const VariantConfig variant = shipped_variant("nine_robust");
-  const ModeSet modes = valve_modes(variant.valves, variant.believed);
+  const ModeSet modes = valve_modes(variant.valves, variant.nominal);
   ScenarioConfig scenario = read_campaign("robustness").scenarios.front();
   ASSERT_EQ(scenario.trajectory_kind, "cycloidal");
   scenario.mismatch = {};

@@ -80,7 +80,7 @@ TEST(Trace, IsSmall) {
 TEST(Trace, DrawsTheSameErrorsAsTheRunHad) {
   const VariantConfig variant = shipped_variant("nine_pd");
   const Trace trace = decode_trace(encode_trace(simulated_trace()));
-  const std::vector<TickRecord> ticks = ticks_of(trace, valve_modes(variant.valves, variant.believed));
+  const std::vector<TickRecord> ticks = ticks_of(trace, valve_modes(variant.valves, variant.nominal));
   double squares = 0.0;
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     const double error = 1e3 * (ticks[i].decision.reference.position - ticks[i].sensors.truth[position]);
@@ -94,7 +94,7 @@ TEST(Trace, CylinderForceIsThePlantsOwn) {
   ScenarioConfig scenario = noisy_sine(1.0);
   scenario.mismatch.supply = 0.9;
   const VariantConfig variant = shipped_variant("nine_pd");
-  const PneumaticActuator plant(scenario.mismatch.applied_to(variant.believed));
+  const PneumaticActuator plant(scenario.mismatch.applied_to(variant.nominal));
   const auto c = make_trace(variant, scenario, simulated().ticks).cylinder_force;
   for (const double a : {1.0e5, 2.1e5})
     for (const double b : {1.0e5, 2.5e5}) EXPECT_NEAR(c[0] + c[1] * a + c[2] * b, plant.cylinder_force(a, b), 1e-6);

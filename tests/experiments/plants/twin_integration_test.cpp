@@ -98,7 +98,7 @@ ActuatorState model_after(const ActuatorParameters& p, const std::vector<SwitchP
   const ModeSet modes = valve_modes("three_way", p);
   const auto per_ms = static_cast<int>(std::lround(1e-3 / dt));
   const SwitchTiming timing(modes, 1e-3);
-  SwitchLines lines(0);
+  DelayLines lines(0);
   ActuatorState x{0.05, 0.0, p.atmospheric_pressure_pa, p.atmospheric_pressure_pa};
   for (std::size_t ms = 0; ms < 5 * script.size(); ++ms) {
     if (ms % 5 == 0) lines.command(script[ms / 5], timing);

@@ -76,7 +76,7 @@ TEST(TwinValves, HalfOpenAtTheDelayOfTheThesis) {
 TEST(TwinValves, WithoutTravelTheyAreTheSwitchLines) {
   const ModeSet modes = three_way();
   const SwitchTiming timing(modes, 1e-3);
-  SwitchLines lines(0);
+  DelayLines lines(0);
   ValveActuation valves(modes, {}, 1);
   std::mt19937_64 random(3);
   for (int k = 0; k < 2000; ++k) {

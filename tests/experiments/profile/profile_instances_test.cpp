@@ -61,12 +61,12 @@ template <HybridModel Model>
 void expect_recorded_plans(const InstanceSet& set, const VariantInstances& variant, std::size_t every) {
   for (std::size_t i = 0; i < variant.records.size(); i += every) {
     const InstanceRecord& record = variant.records[i];
-    auto problem = make_problem<Model>(variant.config, set.situations[record.situation].plane);
+    auto problem = make_problem<Model>(variant.config, set.motions[record.motion].plane);
     const auto solver = make_solver<Model>(variant.config.solver);
     solver->prepare(problem);
     Plan<Model> plan(problem);
     pose(set, record, problem, plan);
-    const Report report = solver->solve(problem, plan, Deadline::never());
+    const SolveReport report = solver->solve(problem, plan, Deadline::never());
     EXPECT_TRUE(same_plan(record, plan)) << variant.name << " " << i;
     EXPECT_EQ(report.cost, record.plan_cost);
     EXPECT_EQ(evaluate(problem, plan).cost, record.plan_cost);
@@ -107,7 +107,7 @@ TEST(ProfileInstances, AnInstanceIsWhatTheClosedLoopPosed) {
   const VariantInstances& variant = small_set().variants[0];
   const std::size_t every = 100 / 30;
   int followed = 0;
-  for (std::size_t i = 0; i < variant.records.size() && variant.records[i].situation == 0; ++i) {
+  for (std::size_t i = 0; i < variant.records.size() && variant.records[i].motion == 0; ++i) {
     const InstanceRecord& record = variant.records[i];
     const auto& posed = all.at(i * every);
     EXPECT_TRUE(record.reference.empty()) << "no window of the motion";
@@ -136,14 +136,14 @@ TEST(ProfileInstances, SetsHoldTheirOwnPlans) {
 }
 
 TEST(ProfileInstances, AFileOfParametersTravelsAlong) {
-  EXPECT_EQ(small_set().variants[2].config.believed.block_mass_kg, 1.3);
-  EXPECT_EQ(parse_instances(instance_bytes(small_set()), "x").variants[2].config.believed.block_mass_kg, 1.3);
+  EXPECT_EQ(small_set().variants[2].config.nominal.block_mass_kg, 1.3);
+  EXPECT_EQ(parse_instances(instance_bytes(small_set()), "x").variants[2].config.nominal.block_mass_kg, 1.3);
 }
 
 TEST(ProfileInstances, TheShippedSetIsSmallAndVaried) {
   EXPECT_LT(shipped_instance_bytes().size(), 1'000'000u);
   std::set<std::string> names;
-  for (const Situation& s : shipped().situations) names.insert(s.name);
+  for (const RecordedMotion& s : shipped().motions) names.insert(s.name);
   EXPECT_EQ(names, (std::set<std::string>{"nominal", "mismatched", "noisy", "saturated", "kicked"}));
   EXPECT_GE(shipped().variants.size(), 12u);
   for (const VariantInstances& v : shipped().variants) {
@@ -192,7 +192,7 @@ std::string sealed(std::string bytes) {
 
 TEST(ProfileInstances, EveryTruncationIsRefused) {
   InstanceSet set = small_set();
-  set.situations.resize(1);
+  set.motions.resize(1);
   set.variants.resize(1);
   set.variants[0].records.resize(2);
   const std::string bytes = instance_bytes(set);
@@ -207,7 +207,7 @@ TEST(ProfileInstances, EveryTruncationIsRefused) {
 
 TEST(ProfileInstances, DamageBelowAFittingChecksumIsRefusedOrReadable) {
   InstanceSet set = small_set();
-  set.situations.resize(1);
+  set.motions.resize(1);
   set.variants.resize(1);
   set.variants[0].records.resize(3);
   const std::string bytes = instance_bytes(set);

@@ -22,9 +22,9 @@ class SlowSolver final : public Solver<Model> {
  public:
   SlowSolver(std::unique_ptr<Solver<Model>> inner, double factor) : inner_(std::move(inner)), factor_(factor) {}
   void prepare(const Problem<Model>& problem) override { inner_->prepare(problem); }
-  Report solve(const Problem<Model>& problem, Plan<Model>& plan, Deadline deadline) noexcept override {
+  SolveReport solve(const Problem<Model>& problem, Plan<Model>& plan, Deadline deadline) noexcept override {
     const auto begin = Deadline::Clock::now();
-    const Report report = inner_->solve(problem, plan, deadline);
+    const SolveReport report = inner_->solve(problem, plan, deadline);
     const auto end =
         begin + std::chrono::duration_cast<Deadline::Clock::duration>(factor_ * (Deadline::Clock::now() - begin));
     while (Deadline::Clock::now() < end) {

@@ -52,7 +52,7 @@ int main() {
   BranchAndBound<Fishing> search;
   search.prepare(coarse);
   Plan<Fishing> plan(coarse);
-  const Report found = search.solve(coarse, plan, Deadline::never());
+  const SolveReport found = search.solve(coarse, plan, Deadline::never());
   std::printf("searched %s, integral %.4f, %lld nodes of 33554430: ", std::string(to_string(found.status)).c_str(),
               integral(found.cost), static_cast<long long>(found.nodes));
   for (const int mode : plan.modes) std::printf("%d", mode);
@@ -63,7 +63,7 @@ int main() {
   RelaxAndRound<Fishing> rounding(std::make_unique<ProjectedGradient<Fishing>>());
   rounding.prepare(fine);
   Plan<Fishing> rounded(fine);
-  const Report made = rounding.solve(fine, rounded, Deadline::never());
+  const SolveReport made = rounding.solve(fine, rounded, Deadline::never());
   const double relaxed = integral(rounding.trace().relaxed_cost);
   std::printf("relaxed  %s, integral %.4f\n", std::string(to_string(rounding.trace().relaxation)).c_str(), relaxed);
   std::printf("rounded  %s, integral %.4f, %d switches\n", std::string(to_string(made.status)).c_str(),

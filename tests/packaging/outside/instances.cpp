@@ -31,14 +31,14 @@ void solve_all(const InstanceSet& set, const VariantInstances& variant, Count& c
     Plan<Model> plan(problem);
     for (std::size_t i = 0; i < variant.records.size(); ++i) {
       const InstanceRecord& record = variant.records[i];
-      if (set.situations[record.situation].plane != plane) continue;
+      if (set.motions[record.motion].plane != plane) continue;
       pose(set, record, problem, plan);
-      const Report report = solver->solve(problem, plan, Deadline::never());
+      const SolveReport report = solver->solve(problem, plan, Deadline::never());
       ++count.solved;
       count.same += same_plan(record, plan) && report.cost == record.plan_cost;
       if (sequences > most_sequences || i % 20 != 0) continue;
       pose(set, record, problem, plan);
-      const Report judged = enumeration.solve(problem, plan, Deadline::never());
+      const SolveReport judged = enumeration.solve(problem, plan, Deadline::never());
       ++count.enumerated;
       count.enumerated_same += same_plan(record, plan) && judged.cost == record.plan_cost;
     }

@@ -28,7 +28,7 @@ int main() {
   Exhaustive<Tank> search;
   search.prepare(problem);
   Plan<Tank> plan(problem);
-  const Report report = search.solve(problem, plan, Deadline::never());
+  const SolveReport report = search.solve(problem, plan, Deadline::never());
   plan.outputs.resize(problem.reference.size());
   evaluate(problem, plan);
   const PneumaticActuator actuator;

@@ -27,10 +27,10 @@ Score score(const InstanceSet& set, const VariantInstances& variant) {
     solver.prepare(problem);
     Plan<Model> plan(problem);
     for (const InstanceRecord& record : variant.records) {
-      if (set.situations[record.situation].plane != plane || record.plan_status != Status::optimal) continue;
+      if (set.motions[record.motion].plane != plane || record.plan_status != Status::optimal) continue;
       pose(set, record, problem, plan);
       const double before = evaluate(problem, plan).cost;
-      const Report report = solver.solve(problem, plan, Deadline::never());
+      const SolveReport report = solver.solve(problem, plan, Deadline::never());
       const bool kept = usable(report.status) && evaluate(problem, plan).cost == report.cost && report.cost <= before &&
                         report.cost >= record.plan_cost;
       score.broken += !kept;

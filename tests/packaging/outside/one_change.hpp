@@ -18,11 +18,11 @@ class OneChange final : public solenoid::Solver<M> {
  public:
   void prepare(const solenoid::Problem<M>& problem) override { trial_ = solenoid::Plan<M>(problem); }
 
-  solenoid::Report solve(const solenoid::Problem<M>& problem, solenoid::Plan<M>& plan,
-                         solenoid::Deadline deadline) noexcept override {
+  solenoid::SolveReport solve(const solenoid::Problem<M>& problem, solenoid::Plan<M>& plan,
+                              solenoid::Deadline deadline) noexcept override {
     const auto start = solenoid::Deadline::Clock::now();
     nodes_ = 0;
-    solenoid::Report best = judge(problem, plan);
+    solenoid::SolveReport best = judge(problem, plan);
     if (best.status != solenoid::Status::feasible) {
       hold(problem, plan);
       best = judge(problem, plan);
@@ -41,7 +41,7 @@ class OneChange final : public solenoid::Solver<M> {
   }
 
  private:
-  solenoid::Report judge(const solenoid::Problem<M>& problem, solenoid::Plan<M>& plan) noexcept {
+  solenoid::SolveReport judge(const solenoid::Problem<M>& problem, solenoid::Plan<M>& plan) noexcept {
     nodes_ += static_cast<std::int64_t>(plan.modes.size());
     return evaluate(problem, plan);
   }
@@ -53,7 +53,7 @@ class OneChange final : public solenoid::Solver<M> {
 
   /// Makes the best single change of those tried in time, if one lowers the cost.
   bool change(const solenoid::Problem<M>& problem, solenoid::Plan<M>& plan, solenoid::Deadline deadline,
-              solenoid::Report& best) noexcept {
+              solenoid::SolveReport& best) noexcept {
     std::copy(plan.modes.begin(), plan.modes.end(), trial_.modes.begin());
     std::copy(plan.continuous.begin(), plan.continuous.end(), trial_.continuous.begin());
     std::size_t block = plan.modes.size();
@@ -62,7 +62,7 @@ class OneChange final : public solenoid::Solver<M> {
       for (int mode = 0; mode < problem.modes.size(); ++mode) {
         if (mode == plan.modes[b]) continue;
         trial_.modes[b] = mode;
-        const solenoid::Report changed = judge(problem, trial_);
+        const solenoid::SolveReport changed = judge(problem, trial_);
         if (changed.status == solenoid::Status::feasible && changed.cost < best.cost)
           best = changed, block = b, to = mode;
       }
