@@ -16,15 +16,18 @@ namespace solenoid {
 struct ContinuousRefinementSettings {
   int most_iterations = 10;
   double tolerance = 1e-6;  ///< relative decrease of the cost, promised or found, below which it ends
+  double damping = 1e-2;    ///< of the first step, relative to the largest curvature of an input
+  int refusals = 6;         ///< steps damped eightfold in a row, before it ends
 };
 
 /// The continuous input of each block, best for the modes as they are: projected Gauss-Newton steps [Bertsekas 1982] on
-/// the residuals of cost.hpp over the box of problem.bounds, each accepted by the true cost.
+/// the residuals of the cost over the box of problem.bounds, damped [Levenberg 1944], each accepted by the true cost.
 ///
 ///     minimise over u[b] in [continuous_lower, continuous_upper]  evaluate(plan).cost   [theory-rounding.md, sect. 5]
 ///
 /// The switch states are fixed by the modes, so only u moves the prediction. Derivatives are exact on the branch of the
-/// physics a state is on; a step that crosses a kink the wrong way is shortened or refused.
+/// physics a state is on. An input that a saturated or resting motor does not feel has next to no curvature, and a step
+/// across a kink costs more than it promises: the damping is for both.
 /// promise   the cost never rises; u stays in its box; no allocation after prepare
 template <HybridModel M>
 class ContinuousRefinement {
@@ -52,14 +55,14 @@ class ContinuousRefinement {
     if (report.status != Status::feasible || gradient_.size() == 0) return report;
     std::copy(plan.modes.begin(), plan.modes.end(), trial_.modes.begin());
     std::int64_t iterations = 0;
+    damping_ = settings_.damping;
     for (;; ++iterations) {
       if (iterations == settings_.most_iterations) report.status = Status::iteration_limit;
       if (deadline.passed()) report.status = Status::deadline_reached;
       if (report.status != Status::feasible) break;
       differentiate(problem, plan);
       const double before = report.cost;
-      if (find_step(problem, plan) <= settings_.tolerance * before) break;
-      if (!search_along(problem, plan, report)) break;
+      if (!step_down(problem, plan, report)) break;
       if (before - report.cost <= settings_.tolerance * before) break;
     }
     report.nodes = iterations;
@@ -176,7 +179,7 @@ class ContinuousRefinement {
   }
 
   /// The Gauss-Newton step over the inputs that are not held at a bound by the gradient.
-  /// Returns the decrease of the cost that the squares promise for it.
+  /// Returns a lower bound of the decrease of the cost that the squares promise for it.
   double find_step(const Problem<M>& problem, const Plan<M>& plan) noexcept {
     const Eigen::Index n = gradient_.size();
     for (Eigen::Index i = 0; i < n; ++i) {
@@ -187,8 +190,7 @@ class ContinuousRefinement {
                         (u >= problem.bounds.continuous_upper[k] && gradient_[i] < 0.0);
       free_[static_cast<std::size_t>(i)] = !held;
     }
-    // Levenberg's share keeps it positive definite where an input does nothing (a saturated or resting motor).
-    const double regular = 1e-9 * hessian_.diagonal().maxCoeff() + 1e-300;
+    const double regular = damping_ * hessian_.diagonal().maxCoeff() + 1e-300;
     for (Eigen::Index i = 0; i < n; ++i)
       for (Eigen::Index k = 0; k <= i; ++k) {
         const bool both = free_[static_cast<std::size_t>(i)] && free_[static_cast<std::size_t>(k)];
@@ -212,18 +214,20 @@ class ContinuousRefinement {
     factor_.template triangularView<Eigen::Lower>().transpose().solveInPlace(step_);
   }
 
-  /// Halves the step until the projected point costs less; false if none of twelve does.
-  bool search_along(const Problem<M>& problem, Plan<M>& plan, SolveReport& report) noexcept {
-    double length = 1.0;
-    for (int halving = 0; halving < 12; ++halving, length *= 0.5) {
+  /// Damps the step until the projected point costs less; false if none does that promises anything.
+  bool step_down(const Problem<M>& problem, Plan<M>& plan, SolveReport& report) noexcept {
+    for (int refusal = 0; refusal <= settings_.refusals; ++refusal, damping_ *= 8.0) {
+      const double promised = find_step(problem, plan);
+      if (promised <= settings_.tolerance * report.cost) return false;
       for (std::size_t b = 0; b < plan.modes.size(); ++b)
         for (std::size_t i = 0; i < M::continuous_size; ++i)
           trial_.continuous[b][i] =
-              plan.continuous[b][i] + length * step_[static_cast<Eigen::Index>(b * M::continuous_size + i)];
+              plan.continuous[b][i] + step_[static_cast<Eigen::Index>(b * M::continuous_size + i)];
       project(problem, trial_);
       const SolveReport trial = rolled(problem, trial_);
       if (trial.status != Status::feasible || !(trial.cost < report.cost)) continue;
       std::copy(trial_.continuous.begin(), trial_.continuous.end(), plan.continuous.begin());
+      if (report.cost - trial.cost > 0.5 * promised) damping_ *= 0.2;
       report = trial;
       return true;
     }
@@ -237,6 +241,7 @@ class ContinuousRefinement {
 
   ContinuousRefinementSettings settings_;
   PhaseTimes* phases_ = nullptr;
+  double damping_ = 0.0;
   SwitchTiming timing_;
   Eigen::MatrixXd hessian_, factor_;  // lower triangles
   Eigen::VectorXd gradient_, step_;
