@@ -37,6 +37,7 @@ class SolverAround : public Solver<M> {
   void anticipate(const Problem<M>& expected, const Plan<M>& warm_start) noexcept override {
     inner_->anticipate(expected, warm_start);
   }
+  bool time_phases(PhaseTimes* into) noexcept override { return inner_->time_phases(into); }
 
  protected:
   std::unique_ptr<Solver<M>> inner_;

@@ -19,6 +19,7 @@ class SizedSqp final : public RelaxedSolver<Model> {
   void anticipate(const Problem<Model>& expected, const RelaxedPlan<Model>& warm_start) noexcept override {
     sqp_->anticipate(expected, warm_start);
   }
+  bool time_phases(PhaseTimes* into) noexcept override { return sqp_->time_phases(into); }
 
  private:
   std::unique_ptr<RelaxedSolver<Model>> sqp_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/mpc/deadline.hpp"
+#include "core/mpc/phases.hpp"
 #include "core/mpc/plan.hpp"
 #include "core/mpc/rollout.hpp"
 
@@ -248,6 +249,7 @@ class RelaxedSolver {
   /// As in Solver.
   virtual bool anticipates() const { return false; }
   virtual void anticipate(const Problem<M>& /*expected*/, const RelaxedPlan<M>& /*warm_start*/) noexcept {}
+  virtual bool time_phases(PhaseTimes* /*into*/) noexcept { return false; }
 };
 
 /// Throws std::invalid_argument unless the grid covers the horizon with intervals no shorter than the longest delay:

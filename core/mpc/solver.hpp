@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/mpc/deadline.hpp"
+#include "core/mpc/phases.hpp"
 #include "core/mpc/plan.hpp"
 
 namespace solenoid {
@@ -24,6 +25,10 @@ class Solver {
   /// solve of a problem that differs from it in the measured state alone may use what was prepared, and then says so
   /// (SolveReport::anticipated); its plan may differ from what solve() alone finds. No allocation, lock or exception.
   virtual void anticipate(const Problem<M>& /*expected*/, const Plan<M>& /*warm_start*/) noexcept {}
+
+  /// From now on every solve adds its parts to `into`; null switches that off, which leaves one test of a pointer a
+  /// phase. Returns whether the solver can tell.
+  virtual bool time_phases(PhaseTimes* /*into*/) noexcept { return false; }
 };
 
 }  // namespace solenoid

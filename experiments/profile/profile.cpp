@@ -68,10 +68,16 @@ void measure_once(Course& c) {
   c.history.push_back({p.p50, p.p99, p.p999, percentiles_of(c.on_us).p50});
 }
 
-double mean(const std::vector<ReplaySample>& samples, double ReplaySample::*member) {
-  double sum = 0;
-  for (const ReplaySample& s : samples) sum += s.*member;
-  return sum / static_cast<double>(samples.size());
+/// The means of the phases, and of what belongs to none.
+void split_time(const std::vector<ReplaySample>& samples, VariantProfile& p) {
+  const auto count = static_cast<double>(samples.size());
+  for (const ReplaySample& s : samples) {
+    p.other_us += s.time_us / count;
+    for (std::size_t i = 0; i < phase_count; ++i) {
+      p.phase_us[i] += s.phase_us[i] / count;
+      p.other_us -= s.phase_us[i] / count;
+    }
+  }
 }
 
 std::vector<std::size_t> histogram_of(const std::vector<double>& times_us) {
@@ -109,10 +115,7 @@ VariantProfile conclude(const Course& c, const InstanceSet& set, double limit_ms
   p.estimate_us = cost.estimate_us;
   p.prepare_us = cost.prepare_us;
   if (c.best.empty()) return p;
-  p.rollout_us = mean(c.best, &ReplaySample::rollout_us);
-  p.factorisation_us = mean(c.best, &ReplaySample::factorisation_us);
-  p.bound_us = mean(c.best, &ReplaySample::bound_us);
-  p.other_us = mean(c.best, &ReplaySample::time_us) - p.rollout_us - p.factorisation_us - p.bound_us;
+  split_time(c.best, p);
   p.time_us = percentiles_of(c.off_us);
   p.timed_us = percentiles_of(c.on_us);
   p.overhead_percent = overhead_percent(c, p.time_us.p50);

@@ -28,8 +28,9 @@ struct VariantProfile {
   Percentiles one_pass_us;      ///< of the last pass alone: with what the machine adds
   int misses = 0, limit_misses = 0;
   bool has_phases = false;
-  double estimate_us = 0, prepare_us = 0;                                   ///< medians, a 5 ms cycle
-  double rollout_us = 0, factorisation_us = 0, bound_us = 0, other_us = 0;  ///< means over instances
+  double estimate_us = 0, prepare_us = 0;      ///< medians, a 5 ms cycle
+  std::array<double, phase_count> phase_us{};  ///< means over instances
+  double other_us = 0;                         ///< in no phase
   Percentiles nodes;
   std::size_t plans_as_recorded = 0;
   double proven_fraction = 0;

@@ -55,58 +55,28 @@ Json counters(const VariantProfile& p) {
 
 /// Beside the times in data; `instances`: with every instance's time.
 Table phases(const Profile& profile, bool instances) {
-  Table table{.name = "variants",
-              .title =
-                  "Where a 5 ms cycle goes: estimate and prepare are medians, the parts of the solve means over "
-                  "instances",
-              .columns = {Column("", "variant", "<"),
-                          Column("estimate_us", "estimate us"),
-                          Column("prepare_us", "prepare"),
-                          Column("rollout_us"),
-                          Column("", "rollout"),
-                          Column("factorisation_us"),
-                          Column("", "factorisation"),
-                          Column("bound_us"),
-                          Column("", "bound"),
-                          Column("other_us", "other"),
-                          Column("has_phases"),
-                          Column("", "p50 timing off"),
-                          Column("timed_p50_us", "on"),
-                          Column("timing_overhead_percent", "overhead %", ".2f"),
-                          Column("nodes_p50"),
-                          Column("nodes_p99"),
-                          Column("nodes_max"),
-                          Column("plans_as_recorded"),
-                          Column("proven_optimal_fraction"),
-                          Column("instances_fingerprint"),
-                          Column("histogram", "", "", Data::json),
-                          Column("counters?", "", "", Data::json),
-                          Column("solve_us?", "", "", Data::json)}};
+  Table table{
+      .name = "variants",
+      .title =
+          "Where a 5 ms cycle goes: estimate and prepare are medians, the parts of the solve means over "
+          "instances",
+      .columns = {Column("", "variant", "<"), Column("estimate_us", "estimate us"), Column("prepare_us", "prepare")}};
+  for (const char* phase : phase_names)
+    table.columns.insert(table.columns.end(), {Column(fmt::format("{}_us", phase)), Column("", phase)});
+  table.columns.insert(
+      table.columns.end(),
+      {Column("other_us", "other"), Column("has_phases"), Column("", "p50 timing off"), Column("timed_p50_us", "on"),
+       Column("timing_overhead_percent", "overhead %", ".2f"), Column("nodes_p50"), Column("nodes_p99"),
+       Column("nodes_max"), Column("plans_as_recorded"), Column("proven_optimal_fraction"),
+       Column("instances_fingerprint"), Column("histogram", "", "", Data::json),
+       Column("counters?", "", "", Data::json), Column("solve_us?", "", "", Data::json)});
   for (const VariantProfile& p : profile.variants) {
-    const auto phase = [&](double us) { return p.has_phases ? Json(us) : Json(); };
-    table.add({p.name,
-               p.estimate_us,
-               p.prepare_us,
-               p.rollout_us,
-               phase(p.rollout_us),
-               p.factorisation_us,
-               phase(p.factorisation_us),
-               p.bound_us,
-               phase(p.bound_us),
-               p.other_us,
-               p.has_phases,
-               p.time_us.p50,
-               p.timed_us.p50,
-               p.overhead_percent,
-               p.nodes.p50,
-               p.nodes.p99,
-               p.nodes.max,
-               p.plans_as_recorded,
-               p.proven_fraction,
-               p.fingerprint,
-               bins(p),
-               counters(p),
-               instances ? Json(p.solve_us) : Json()});
+    Table::Row row{p.name, p.estimate_us, p.prepare_us};
+    for (const double us : p.phase_us) row.insert(row.end(), {us, p.has_phases ? Json(us) : Json()});
+    row.insert(row.end(), {p.other_us, p.has_phases, p.time_us.p50, p.timed_us.p50, p.overhead_percent, p.nodes.p50,
+                           p.nodes.p99, p.nodes.max, p.plans_as_recorded, p.proven_fraction, p.fingerprint, bins(p),
+                           counters(p), instances ? Json(p.solve_us) : Json()});
+    table.add(std::move(row));
   }
   return table;
 }

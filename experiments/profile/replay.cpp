@@ -53,14 +53,14 @@ class ReplayOf final : public Replay {
                   make_problem<Model>(variant.config, Plane::horizontal)},
         plan_(problems_[0]),
         solver_(make_solver<Model>(variant.config)),
-        timed_(dynamic_cast<PhaseTimed*>(solver_.get())),
         nodes_(records_.size()) {
     if (decorate) solver_ = std::get<SolverPtr<Model>>(decorate(std::move(solver_)));
     solver_->prepare(problems_[0]);
+    timed_ = solver_->time_phases(nullptr);
   }
 
   void pass(bool with_phases, std::span<ReplaySample> samples) noexcept override {
-    if (timed_) timed_->time_phases(with_phases ? &phases_ : nullptr);
+    solver_->time_phases(with_phases ? &phases_ : nullptr);
     same_ = proven_ = 0;
     for (std::size_t i = 0; i < records_.size(); ++i) {
       const InstanceRecord& record = records_[i];
@@ -69,31 +69,29 @@ class ReplayOf final : public Replay {
       phases_ = {};
       const Stopwatch watch;
       const SolveReport report = solver_->solve(problem, plan_, Deadline::never());
-      samples[i] = {watch.us(), phase(Phase::rollout), phase(Phase::factorisation), phase(Phase::bound)};
+      samples[i].time_us = watch.us();
+      for (std::size_t p = 0; p < phase_count; ++p)
+        samples[i].phase_us[p] = us_per_tick_ * static_cast<double>(phases_.ticks[p]);
       nodes_[i] = report.nodes;
       same_ += same_plan(record, plan_);
       proven_ += report.status == Status::optimal;
     }
-    if (timed_) timed_->time_phases(nullptr);
+    solver_->time_phases(nullptr);
   }
 
   std::span<const std::int64_t> nodes() const override { return nodes_; }
   std::size_t plans_as_recorded() const override { return same_; }
   std::size_t proven() const override { return proven_; }
-  bool has_phases() const override { return timed_ != nullptr; }
+  bool has_phases() const override { return timed_; }
 
  private:
-  double phase(Phase p) const noexcept {
-    return us_per_tick_ * static_cast<double>(phases_.ticks[static_cast<std::size_t>(p)]);
-  }
-
   const InstanceSet& set_;
   std::span<const InstanceRecord> records_;
   double us_per_tick_;
   std::array<Problem<Model>, 2> problems_;  // vertical, horizontal
   Plan<Model> plan_;
   std::unique_ptr<Solver<Model>> solver_;
-  PhaseTimed* timed_;
+  bool timed_ = false;
   PhaseTimes phases_;
   std::vector<std::int64_t> nodes_;
   std::size_t same_ = 0, proven_ = 0;

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "controllers/instances/instance_set.hpp"
+#include "core/mpc/phases.hpp"
 #include "experiments/profile/hardware_counters.hpp"
-#include "solvers/phases.hpp"
 
 #include <memory>
 #include <optional>
@@ -15,7 +15,7 @@ namespace solenoid {
 /// How one variant's solver did on one instance in one pass.
 struct ReplaySample {
   double time_us = 0.0;
-  double rollout_us = 0.0, factorisation_us = 0.0, bound_us = 0.0;  ///< 0 without phase timing
+  std::array<double, phase_count> phase_us{};  ///< 0 without phase timing
 };
 
 /// One variant's instances and a solver prepared for them.

@@ -10,21 +10,21 @@
 namespace solenoid {
 namespace {
 
-struct Phase {
+struct Part {
   const char* name;
   Percentiles SessionTiming::*values;
 };
-constexpr Phase phases[] = {{"late", &SessionTiming::late},       {"read", &SessionTiming::read},
-                            {"control", &SessionTiming::control}, {"write", &SessionTiming::write},
-                            {"tick", &SessionTiming::tick},       {"solve", &SessionTiming::solve}};
+constexpr Part parts[] = {{"late", &SessionTiming::late},       {"read", &SessionTiming::read},
+                          {"control", &SessionTiming::control}, {"write", &SessionTiming::write},
+                          {"tick", &SessionTiming::tick},       {"solve", &SessionTiming::solve}};
 
 std::string timing_table(const SessionTiming& timing) {
   using Column = Table::Column;
   Table table{.columns = {Column("", "us", "<"), Column("", "p50", ".1f"), Column("", "p90", ".1f"),
                           Column("", "p99", ".1f"), Column("", "p99.9", ".1f"), Column("", "max", ".1f")}};
-  for (const Phase& phase : phases) {
-    const Percentiles& p = timing.*phase.values;
-    table.add({phase.name, p.p50, p.p90, p.p99, p.p999, p.max});
+  for (const Part& part : parts) {
+    const Percentiles& p = timing.*part.values;
+    table.add({part.name, p.p50, p.p90, p.p99, p.p999, p.max});
   }
   return table.text(false);
 }
@@ -104,9 +104,9 @@ std::string repeats_text(std::span<const RunRecord> records) {
 
 Json session_json(const RunRecord& record, const SessionResult& r) {
   Json json = to_json(record);
-  for (const Phase& phase : phases) {
-    const Percentiles& p = r.timing.*phase.values;
-    json["timing_us"][phase.name] = {{"p50", p.p50}, {"p90", p.p90}, {"p99", p.p99}, {"p999", p.p999}, {"max", p.max}};
+  for (const Part& part : parts) {
+    const Percentiles& p = r.timing.*part.values;
+    json["timing_us"][part.name] = {{"p50", p.p50}, {"p90", p.p90}, {"p99", p.p99}, {"p999", p.p999}, {"max", p.max}};
   }
   json["loop"] = {{"ticks", r.loop.ticks},
                   {"skipped", r.loop.skipped},

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "core/mpc/deadline.hpp"
+#include "core/mpc/phases.hpp"
 #include "core/mpc/rollout.hpp"
-#include "solvers/phases.hpp"
 #include "solvers/relaxed/dual.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "core/mpc/phases.hpp"
 #include "solvers/minlp/relaxed_gradient.hpp"
-#include "solvers/phases.hpp"
 
 #include <array>
 
@@ -39,7 +39,7 @@ struct ProjectedGradientSettings {
 ///           numerical_failure: the warm start has no finite cost
 /// promise   the best point met is left, never worse than the warm start; no allocation in solve
 template <HybridModel M>
-class ProjectedGradient final : public RelaxedSolver<M>, public PhaseTimed {
+class ProjectedGradient final : public RelaxedSolver<M> {
  public:
   explicit ProjectedGradient(const ProjectedGradientSettings& settings = {}) : settings_(settings) {}
 
@@ -67,7 +67,10 @@ class ProjectedGradient final : public RelaxedSolver<M>, public PhaseTimed {
     return report;
   }
 
-  void time_phases(PhaseTimes* into) noexcept override { phases_ = into; }
+  bool time_phases(PhaseTimes* into) noexcept override {
+    phases_ = into;
+    return true;
+  }
 
  private:
   struct Point {

@@ -69,6 +69,7 @@ class RelaxAndPulse final : public Solver<M> {
     start_from(expected, warm_start);
     relaxed_->anticipate(expected, relaxed_plan_);
   }
+  bool time_phases(PhaseTimes* into) noexcept override { return relaxed_->time_phases(into); }
 
   const RelaxedPlan<M>& relaxed_plan() const { return relaxed_plan_; }
 

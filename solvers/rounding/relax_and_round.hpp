@@ -90,6 +90,13 @@ class RelaxAndRound final : public Solver<M> {
     return report_;
   }
 
+  bool time_phases(PhaseTimes* into) noexcept override {
+    relaxed_->time_phases(into);
+    swaps_.time_phases(into);
+    if constexpr (refines) refinement_.time_phases(into);
+    return true;
+  }
+
   const RoundingTrace& trace() const { return trace_; }
   const RelaxedPlan<M>& relaxed_plan() const { return relaxed_plan_; }
 

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "core/mpc/phases.hpp"
 #include "core/mpc/solver.hpp"
-#include "solvers/phases.hpp"
 #include "solvers/search/lane_inputs.hpp"
 
 #include <array>
@@ -31,7 +31,7 @@ struct TreeSearchSettings {
 ///
 /// All weights must be >= 0 and the model's consumption too: then the cost never falls along a sequence.
 template <HybridModel M>
-class BranchAndBound final : public Solver<M>, public PhaseTimed {
+class BranchAndBound final : public Solver<M> {
  public:
   explicit BranchAndBound(const TreeSearchSettings& settings = {}, const RolloutKernel<M>& kernel = rollout_kernel<M>())
       : settings_(settings), kernel_(kernel) {}
@@ -69,7 +69,10 @@ class BranchAndBound final : public Solver<M>, public PhaseTimed {
     return report_;
   }
 
-  void time_phases(PhaseTimes* into) noexcept override { phases_ = into; }
+  bool time_phases(PhaseTimes* into) noexcept override {
+    phases_ = into;
+    return true;
+  }
 
  private:
   struct Node {

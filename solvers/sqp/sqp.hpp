@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solvers/phases.hpp"
+#include "core/mpc/phases.hpp"
 #include "solvers/qp/ocp_solver.hpp"
 #include "solvers/relaxed/dual.hpp"
 #include "solvers/relaxed/transcription.hpp"
@@ -39,7 +39,7 @@ struct SqpSettings {
 ///            steps (at a kink or a jump); infeasible: no inputs meet the linearised state bounds;
 ///            numerical_failure: the warm start's prediction is not finite; deadline_reached, iteration_limit
 template <HybridModel M, int P, int A>
-class Sqp final : public RelaxedSolver<M>, public PhaseTimed {
+class Sqp final : public RelaxedSolver<M> {
  public:
   using Trans = Transcription<M, P, A>;
 
@@ -49,7 +49,10 @@ class Sqp final : public RelaxedSolver<M>, public PhaseTimed {
   SolveReport solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept override;
   bool anticipates() const override { return true; }
   void anticipate(const Problem<M>& expected, const RelaxedPlan<M>& warm_start) noexcept override;
-  void time_phases(PhaseTimes* into) noexcept override { phases_ = into; }
+  bool time_phases(PhaseTimes* into) noexcept override {
+    phases_ = into;
+    return true;
+  }
 
  private:
   static constexpr int NX = Trans::NX, NU = Trans::NU, X = Trans::X, U = Trans::U, V = Trans::V;

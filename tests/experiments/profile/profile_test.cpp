@@ -1,5 +1,6 @@
 #include "core/config/reader.hpp"
 #include "experiments/profile/profile_report.hpp"
+#include "experiments/profile/record.hpp"
 #include "experiments/profile/shipped_instances.hpp"
 #include "solvers/search/branch_and_bound.hpp"
 #include "tests/experiments/program_under_test.hpp"
@@ -18,13 +19,13 @@ using testing::HasSubstr;
 
 /// A solver that takes a factor longer than the one it wraps, by spinning.
 template <HybridModel Model>
-class SlowSolver final : public Solver<Model> {
+class SlowSolver final : public SolverAround<Model> {
  public:
-  SlowSolver(std::unique_ptr<Solver<Model>> inner, double factor) : inner_(std::move(inner)), factor_(factor) {}
-  void prepare(const Problem<Model>& problem) override { inner_->prepare(problem); }
+  SlowSolver(std::unique_ptr<Solver<Model>> inner, double factor)
+      : SolverAround<Model>(std::move(inner)), factor_(factor) {}
   SolveReport solve(const Problem<Model>& problem, Plan<Model>& plan, Deadline deadline) noexcept override {
     const auto begin = Deadline::Clock::now();
-    const SolveReport report = inner_->solve(problem, plan, deadline);
+    const SolveReport report = SolverAround<Model>::solve(problem, plan, deadline);
     const auto end =
         begin + std::chrono::duration_cast<Deadline::Clock::duration>(factor_ * (Deadline::Clock::now() - begin));
     while (Deadline::Clock::now() < end) {
@@ -33,9 +34,11 @@ class SlowSolver final : public Solver<Model> {
   }
 
  private:
-  std::unique_ptr<Solver<Model>> inner_;
   double factor_;
 };
+
+/// The time of a phase, of a sample or of a variant's mean.
+double us(const auto& timed, Phase phase) { return timed.phase_us[static_cast<std::size_t>(phase)]; }
 
 /// Slows the one solver whose model has the motor in the prediction.
 AnySolver slowed_in_prediction(AnySolver solver) {
@@ -96,8 +99,8 @@ TEST(Profile, CountsWhatItReplays) {
     EXPECT_LE(v.time_us.p50, v.time_us.p90);
     EXPECT_LE(v.time_us.p999, v.time_us.max);
     EXPECT_LE(v.time_us.p50, v.one_pass_us.p50);
-    EXPECT_GT(v.rollout_us, 0.0);
-    EXPECT_EQ(v.bound_us > 0, v.name == "nine_state_2");
+    EXPECT_GT(us(v, Phase::rollout), 0.0);
+    EXPECT_EQ(us(v, Phase::bound) > 0, v.name == "nine_state_2");
     std::size_t binned = 0;
     for (const std::size_t n : v.histogram) binned += n;
     EXPECT_EQ(binned, 100u);
@@ -113,12 +116,34 @@ TEST(Profile, PhasesAreWithinTheSolveAndOffLeavesThemAlone) {
   replay->pass(true, samples);
   const std::vector<std::int64_t> nodes(replay->nodes().begin(), replay->nodes().end());
   double phases = 0, whole = 0;
-  for (const ReplaySample& s : samples) phases += s.rollout_us + s.bound_us, whole += s.time_us;
+  for (const ReplaySample& s : samples) phases += us(s, Phase::rollout) + us(s, Phase::bound), whole += s.time_us;
   EXPECT_GT(phases, 0.2 * whole);
   EXPECT_LT(phases, 1.5 * whole);  // two clocks, and a busy machine may stop the program between their readings
   replay->pass(false, samples);
-  for (const ReplaySample& s : samples) EXPECT_EQ(s.rollout_us + s.bound_us, 0.0);
+  for (const ReplaySample& s : samples) EXPECT_EQ(s.phase_us, (std::array<double, phase_count>{}));
   EXPECT_TRUE(std::equal(nodes.begin(), nodes.end(), replay->nodes().begin()));
+}
+
+/// Solvers inside of solvers tell where their time goes, through whatever is around them.
+TEST(Profile, RelaxedAndRoundedVariantsHavePhasesToo) {
+  const Folder folder;
+  const Campaign campaign = read_campaign(folder.write("relaxed.toml", R"(
+variants = ["relaxed_pwm", "sum_up_rounding", "joint"]
+[[scenario]]
+name       = "quick"
+trajectory = { kind = "cycloidal", move_s = 0.2, dwell_s = 0.1 }
+)"));
+  const InstanceSet set = record_instances(campaign, 10);
+  ProfileOptions options;
+  options.passes = 1;
+  options.decorate = slowed_in_prediction;
+  for (const VariantProfile& v : profile_instances(set, options).variants) {
+    EXPECT_TRUE(v.has_phases) << v.name;
+    EXPECT_GT(us(v, Phase::rollout), 0.0) << v.name;
+    EXPECT_GT(us(v, Phase::derivatives), 0.0) << v.name;
+    EXPECT_EQ(us(v, Phase::factorisation) > 0.0, v.name == "relaxed_pwm") << v.name;
+    EXPECT_EQ(us(v, Phase::bound), 0.0) << v.name;
+  }
 }
 
 Profile synthetic(const std::vector<double>& times) {

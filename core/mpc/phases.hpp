@@ -12,8 +12,9 @@
 namespace solenoid {
 
 /// Parts of a solve worth a line in a profile. What belongs to none of them is the solver's bookkeeping.
-enum class Phase : std::uint8_t { rollout, factorisation, bound, derivatives };
-inline constexpr std::size_t phase_count = 4;
+enum class Phase : std::uint8_t { rollout, derivatives, factorisation, bound };
+inline constexpr std::array phase_names = {"rollout", "derivatives", "factorisation", "bound"};
+inline constexpr std::size_t phase_count = phase_names.size();
 
 /// Time spent in each phase, in ticks of the processor's own counter.
 struct PhaseTimes {
@@ -28,14 +29,6 @@ inline std::uint64_t phase_ticks() noexcept {
   return static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
 #endif
 }
-
-/// A solver that can say where its time goes.
-class PhaseTimed {
- public:
-  virtual ~PhaseTimed() = default;
-  /// From now on every solve adds to `into`; null switches the timing off, which leaves one test of a pointer a phase.
-  virtual void time_phases(PhaseTimes* into) noexcept = 0;
-};
 
 /// Adds its lifetime to a phase, unless there is nowhere to add it.
 class PhaseScope {
