@@ -108,9 +108,7 @@ class ContinuousRefinement {
       lines.advance(problem.horizon.blocks[b]);
       for (std::size_t i = 0; i < M::continuous_size; ++i) {
         const auto at = static_cast<Eigen::Index>(b * M::continuous_size + i);
-        const double weight = problem.cost.continuous[i] * problem.horizon.blocks[b];
-        hessian_(at, at) += weight;
-        gradient_[at] += weight * plan.continuous[b][i];
+        hessian_(at, at) += problem.cost.continuous[i] * problem.horizon.blocks[b];
       }
     }
   }
@@ -120,35 +118,29 @@ class ContinuousRefinement {
     return static_cast<Eigen::Index>((b + 1) * M::continuous_size);
   }
 
+  /// Step j with the gradient of its running cost; the squares among that are in the Hessian from linearise().
   template <int lanes>
   void step_sensitivity(const Problem<M>& problem, std::size_t j, const SwitchedOf<M>& switched,
                         const ContinuousOf<M>& planned, std::size_t b, StateOf<M>& x) noexcept {
     using StepDual = Dual<nx + nu, lanes>;
     Vector<StepDual, M::state_size> state;
     Vector<StepDual, M::switched_size> s;
-    Vector<StepDual, M::continuous_size> u{};
+    Vector<StepDual, M::continuous_size> u;
     for (std::size_t i = 0; i < M::state_size; ++i) state[i] = StepDual(x[i], static_cast<int>(i));
     for (std::size_t i = 0; i < M::switched_size; ++i) s[i] = StepDual(switched[i]);
-    if constexpr (HasFeedback<M>) u = problem.model.template feedback<StepDual>(state, problem.setpoint[j]);
-    for (std::size_t i = 0; i < M::continuous_size; ++i) {
-      const StepDual own(planned[i], nx + static_cast<int>(i));
-      u[i] = HasFeedback<M> ? StepDual(u[i] + own) : own;
-    }
+    for (std::size_t i = 0; i < M::continuous_size; ++i) u[i] = StepDual(planned[i], nx + static_cast<int>(i));
     Eigen::Matrix<double, StepDual::size, 1> row;
-    if constexpr (HasConsumption<M>) {
-      const double weight = 0.5 * problem.cost.consumption * problem.horizon.dt_s;
-      if (weight != 0.0) {
-        problem.model.template consumption<StepDual>(state, s).copy_derivatives(row.data());
-        for (Eigen::Index c = 0; c < reached(b); ++c)
-          gradient_[c] += weight * row.template head<nx>().dot(sensitivity_.col(c));
-      }
-    }
-    const auto next = problem.model.template step<StepDual>(state, s, u, problem.horizon.dt_s);
+    predict_step<M, Dynamics::exact, StepDual>(problem, j, s, u, state, [&](const StepDual& term) {
+      term.copy_derivatives(row.data());
+      for (Eigen::Index c = 0; c < reached(b); ++c)
+        gradient_[c] += 0.5 * row.template head<nx>().dot(sensitivity_.col(c));
+      gradient_.template segment<nu>(reached(b) - nu) += 0.5 * row.template segment<nu>(nx);
+    });
     Eigen::Matrix<double, nx, nx + nu> jacobian;
     for (int i = 0; i < nx; ++i) {
-      next[static_cast<std::size_t>(i)].copy_derivatives(row.data());
+      state[static_cast<std::size_t>(i)].copy_derivatives(row.data());
       jacobian.row(i) = row.template head<nx + nu>().transpose();
-      x[static_cast<std::size_t>(i)] = next[static_cast<std::size_t>(i)].value();
+      x[static_cast<std::size_t>(i)] = state[static_cast<std::size_t>(i)].value();
     }
     for (Eigen::Index c = 0; c < reached(b); ++c) {
       const Eigen::Matrix<double, nx, 1> before = sensitivity_.col(c);
