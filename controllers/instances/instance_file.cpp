@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -24,26 +25,31 @@ std::uint64_t fnv1a(std::string_view bytes) {
   return hash;
 }
 
+// A file's structures are described once, for both directions: Writer and Reader have the same functions, and what a
+// Reader requires of a file, a Writer takes for granted.
+
 /// Appends numbers to a string, lowest byte first.
 class Writer {
  public:
-  void byte(std::uint8_t value) { bytes_ += static_cast<char>(value); }
+  static constexpr bool reading = false;
+  void require(bool, const char*) const {}
+  template <class T>
+  void byte(T value) {
+    bytes_ += static_cast<char>(value);
+  }
   void fixed(std::uint64_t value, int size) {
-    for (int i = 0; i < size; ++i) byte(static_cast<std::uint8_t>(value >> (8 * i)));
+    for (int i = 0; i < size; ++i) byte(value >> (8 * i));
   }
   void number(double value) { fixed(std::bit_cast<std::uint64_t>(value), 8); }
   /// Seven bits a byte, lowest first; the highest bit of a byte says that another follows.
-  void count(std::uint64_t value) {
-    for (; value >= 0x80; value >>= 7) byte(static_cast<std::uint8_t>(value | 0x80));
-    byte(static_cast<std::uint8_t>(value));
+  void count(std::uint64_t value, std::uint64_t /*most*/) {
+    for (; value >= 0x80; value >>= 7) byte(value | 0x80);
+    byte(value);
   }
-  void text(std::string_view text) {
-    count(text.size());
-    bytes_ += text;
-  }
-  void rows(const std::vector<std::array<double, 2>>& rows) {
-    count(rows.size());
-    for (const auto& row : rows) number(row[0]), number(row[1]);
+  template <class T, class Each>
+  void list(const T& all, std::size_t /*size*/, Each each) {
+    count(all.size(), 0);
+    for (const auto& item : all) each(item);
   }
   std::string bytes_;
 };
@@ -51,115 +57,82 @@ class Writer {
 /// Reads what Writer wrote; every refusal names file and byte.
 class Reader {
  public:
-  Reader(std::string_view bytes, const std::string& name) : bytes_(bytes), name_(name) {}
+  static constexpr bool reading = true;
+  Reader(std::string_view bytes, const std::string& name, std::size_t at) : bytes_(bytes), name_(name), at_(at) {}
 
+  const std::string& name() const { return name_; }
+  bool done() const { return at_ == bytes_.size(); }
   [[noreturn]] void fail(const std::string& problem) const {
     throw ConfigError(fmt::format("{}: byte {}: {}", name_, at_, problem));
   }
   void require(bool condition, const char* problem) const {
     if (!condition) fail(problem);
   }
-  std::string_view take(std::size_t size) {
-    require(size <= bytes_.size() - at_, "the file ends too early (allowed: a whole instance file)");
-    at_ += size;
-    return bytes_.substr(at_ - size, size);
+  template <class T>
+  void byte(T& value) {
+    value = static_cast<T>(next());
   }
-  std::uint8_t byte() { return static_cast<std::uint8_t>(take(1)[0]); }
   std::uint64_t fixed(int size) {
     std::uint64_t value = 0;
-    for (int i = 0; i < size; ++i) value |= static_cast<std::uint64_t>(byte()) << (8 * i);
+    for (int i = 0; i < size; ++i) value |= static_cast<std::uint64_t>(next()) << (8 * i);
     return value;
   }
-  double number() {
-    const double value = std::bit_cast<double>(fixed(8));
+  void number(double& value) {
+    value = std::bit_cast<double>(fixed(8));
     require(std::isfinite(value), "not a finite number (allowed: finite numbers)");
-    return value;
   }
-  std::uint64_t count(std::uint64_t most) {
-    std::uint64_t value = 0;
+  template <class T>
+  void count(T& value, std::uint64_t most) {
+    std::uint64_t all = 0;
     for (int shift = 0;; shift += 7) {
       require(shift < 64, "a count of more than 64 bits (allowed: at most 10 bytes)");
-      const std::uint8_t next = byte();
-      value |= static_cast<std::uint64_t>(next & 0x7f) << shift;
-      if ((next & 0x80) == 0) break;
+      const std::uint8_t seven = next();
+      all |= static_cast<std::uint64_t>(seven & 0x7f) << shift;
+      if ((seven & 0x80) == 0) break;
     }
-    if (value > most) fail(fmt::format("{} is too large (allowed: at most {})", value, most));
-    return value;
+    if (all > most) fail(fmt::format("{} is too large (allowed: at most {})", all, most));
+    value = static_cast<T>(all);
   }
-  /// A number of things of at least `size` bytes each: no more than the file can still hold.
-  std::size_t count_of(std::size_t size) { return count((bytes_.size() - at_) / size); }
-  std::string text() { return std::string(take(count_of(1))); }
-  std::vector<std::array<double, 2>> rows() {
-    std::vector<std::array<double, 2>> all(count_of(16));
-    for (auto& row : all) row = {number(), number()};
-    return all;
+  /// Things of at least `size` bytes each: no more than the file can still hold.
+  template <class T, class Each>
+  void list(T& all, std::size_t size, Each each) {
+    std::size_t left = 0;
+    for (count(left, (bytes_.size() - at_) / size); left > 0; --left) {
+      all.push_back({});
+      each(all.back());
+    }
   }
-  bool done() const { return at_ == bytes_.size(); }
 
  private:
+  std::uint8_t next() {
+    require(at_ < bytes_.size(), "the file ends too early (allowed: a whole instance file)");
+    return static_cast<std::uint8_t>(bytes_[at_++]);
+  }
+
   std::string_view bytes_;
   const std::string& name_;
-  std::size_t at_ = 0;
+  std::size_t at_;
 };
 
-std::uint64_t zigzag(std::int64_t value) {
-  return (static_cast<std::uint64_t>(value) << 1) ^ static_cast<std::uint64_t>(value >> 63);
-}
-std::int64_t from_zigzag(std::uint64_t value) {
-  return static_cast<std::int64_t>(value >> 1) ^ -static_cast<std::int64_t>(value & 1);
+template <class File, class Text>
+void text(File& file, Text& text) {
+  file.list(text, 1, [&](auto& c) { file.byte(c); });
 }
 
-void write_plan(Writer& out, const std::vector<int>& modes, const std::vector<double>& continuous, bool with) {
-  for (const int mode : modes) out.byte(static_cast<std::uint8_t>(mode));
-  if (with)
-    for (const double force : continuous) out.number(force);
+template <class File, class Numbers>
+void numbers(File& file, Numbers& all) {
+  for (auto& number : all) file.number(number);
 }
 
-/// Weights in runs of blocks that share a row: the run's length, the row.
-void write_relaxation(Writer& out, const InstanceRecord& r, int switches) {
-  const std::size_t blocks = r.warm_modes.size(), width = r.warm_weights.size() / blocks;
-  const auto row = [&](std::size_t b) { return std::span(r.warm_weights).subspan(b * width, width); };
-  for (std::size_t b = 0, next = 0; b < blocks; b = next) {
-    for (next = b + 1; next < blocks && std::ranges::equal(row(b), row(next));) ++next;
-    out.count(next - b);
-    for (const double weight : row(b)) out.number(weight);
-  }
-  for (int c = 0; c < switches; ++c) out.number(r.warm_owed[static_cast<std::size_t>(c)]);
-}
-
-void write_record(Writer& out, const InstanceRecord& r, int switches) {
-  const auto any = [](const std::vector<double>& all) {
-    return std::any_of(all.begin(), all.end(), [](double v) { return std::bit_cast<std::uint64_t>(v) != 0; });
-  };
-  const bool offset = std::bit_cast<std::uint64_t>(r.offset_m) != 0, own = !r.reference.empty();
-  const bool continuous = any(r.warm_continuous) || any(r.plan_continuous);
-  out.byte(static_cast<std::uint8_t>((offset ? has_offset : 0) | (own ? has_rows : 0) |
-                                     (continuous ? has_continuous : 0) | (r.load ? has_load : 0) |
-                                     (r.warm_weights.empty() ? 0 : has_relaxation)));
-  out.count(r.motion);
-  out.count(r.start);
-  if (offset) out.number(r.offset_m);
-  for (const double x : r.initial) out.number(x);
-  out.count(r.lines.commanded());
-  for (int c = 0; c < switches; ++c) {
-    const DelayLines::Line line = r.lines.line(static_cast<std::size_t>(c));
-    out.count(zigzag(line.states));
-    out.count(static_cast<std::uint64_t>(line.age));
-  }
-  write_plan(out, r.warm_modes, r.warm_continuous, continuous);
-  write_plan(out, r.plan_modes, r.plan_continuous, continuous);
-  out.number(r.plan_cost);
-  out.byte(static_cast<std::uint8_t>(r.plan_status));
-  if (own) out.rows(r.reference), out.rows(r.setpoint);
-  if (r.load) out.number(r.load->payload_kg), out.number(r.load->external_force_n);
-  if (!r.warm_weights.empty()) write_relaxation(out, r, switches);
+template <class File, class Rows>
+void rows(File& file, Rows& all) {
+  file.list(all, 16, [&](auto& row) { numbers(file, row); });
 }
 
 /// What a variant's problem looks like, to check records against.
 struct Shape {
   int modes = 0, switches = 0;
   std::size_t blocks = 0, steps = 0, setpoints = 0;
-  int flags = has_offset | has_rows | has_continuous | has_load | has_relaxation;  ///< of records
 
   template <HybridModel Model>
   explicit Shape(const Problem<Model>& p)
@@ -175,115 +148,149 @@ Shape shape_of(const VariantConfig& v) {
   return Shape(make_problem<PneumaticActuator>(v, Plane::vertical));
 }
 
-void read_plan(Reader& in, const Shape& shape, bool with, std::vector<int>& modes, std::vector<double>& continuous) {
-  modes.resize(shape.blocks);
-  continuous.assign(shape.blocks, 0.0);
-  for (int& mode : modes) {
-    mode = in.byte();
-    in.require(mode < shape.modes, "a mode that the variant's valves do not have (allowed: below their number)");
+template <class File, class Modes, class Continuous>
+void plan(File& file, const Shape& shape, bool with_continuous, Modes& modes, Continuous& continuous) {
+  if constexpr (File::reading) {
+    modes.resize(shape.blocks);
+    continuous.assign(shape.blocks, 0.0);
   }
-  if (with)
-    for (double& force : continuous) force = in.number();
+  for (auto& mode : modes) {
+    auto byte = static_cast<std::uint8_t>(mode);
+    file.byte(byte);
+    file.require(byte < shape.modes, "a mode that the variant's valves do not have (allowed: below their number)");
+    if constexpr (File::reading) mode = byte;
+  }
+  if (with_continuous) numbers(file, continuous);
 }
 
-void read_lines(Reader& in, const Shape& shape, InstanceRecord& r) {
-  const auto commanded = static_cast<SwitchPattern>(in.count((std::uint64_t{1} << shape.switches) - 1));
-  std::array<DelayLines::Line, max_switches> lines{};
-  for (int c = 0; c < shape.switches; ++c) {
-    DelayLines::Line& line = lines[static_cast<std::size_t>(c)];
-    line.states = from_zigzag(in.count(~std::uint64_t{0}));
-    line.age = static_cast<int>(in.count(DelayLines::max_age));
-  }
-  r.lines = DelayLines::restored(commanded, lines);
+/// A number of either sign as a count: small ones stay small.
+std::uint64_t zigzag(std::int64_t value) {
+  return (static_cast<std::uint64_t>(value) << 1) ^ static_cast<std::uint64_t>(value >> 63);
+}
+std::int64_t from_zigzag(std::uint64_t value) {
+  return static_cast<std::int64_t>(value >> 1) ^ -static_cast<std::int64_t>(value & 1);
 }
 
-void read_relaxation(Reader& in, const Shape& shape, InstanceRecord& r) {
+template <class File, class Lines>
+void delay_lines(File& file, const Shape& shape, Lines& lines) {
+  SwitchPattern commanded = lines.commanded();
+  file.count(commanded, (std::uint64_t{1} << shape.switches) - 1);
+  std::array<DelayLines::Line, max_switches> all{};
+  for (std::size_t c = 0; c < static_cast<std::size_t>(shape.switches); ++c) {
+    all[c] = lines.line(c);
+    std::uint64_t states = zigzag(all[c].states);
+    file.count(states, ~std::uint64_t{0});
+    all[c].states = from_zigzag(states);
+    file.count(all[c].age, DelayLines::max_age);
+  }
+  if constexpr (File::reading) lines = DelayLines::restored(commanded, all);
+}
+
+/// Weights in runs of blocks that share a row: the run's length, the row. Then what each switch owes.
+template <class File, class Record>
+void relaxation(File& file, const Shape& shape, Record& r) {
   const auto width = static_cast<std::size_t>(shape.modes);
-  while (r.warm_weights.size() < shape.blocks * width) {
-    const std::size_t blocks = in.count(shape.blocks - r.warm_weights.size() / width);
-    in.require(blocks > 0, "an empty run of weights (allowed: at least one block)");
-    std::vector<double> row(width);
-    for (double& weight : row) weight = in.number();
-    for (std::size_t b = 0; b < blocks; ++b) r.warm_weights.insert(r.warm_weights.end(), row.begin(), row.end());
+  if constexpr (File::reading) r.warm_weights.resize(shape.blocks * width);
+  const auto row = [&](std::size_t b) { return std::span(r.warm_weights).subspan(b * width, width); };
+  for (std::size_t b = 0, run = 0; b < shape.blocks; b += run) {
+    for (run = 1; b + run < shape.blocks && std::ranges::equal(row(b), row(b + run));) ++run;
+    file.count(run, shape.blocks - b);
+    file.require(run > 0, "an empty run of weights (allowed: at least one block)");
+    for (auto& weight : row(b)) file.number(weight);
+    if constexpr (File::reading)
+      for (std::size_t i = 1; i < run; ++i) std::ranges::copy(row(b), row(b + i).begin());
   }
-  for (int c = 0; c < shape.switches; ++c) r.warm_owed[static_cast<std::size_t>(c)] = in.number();
+  for (std::size_t c = 0; c < static_cast<std::size_t>(shape.switches); ++c) file.number(r.warm_owed[c]);
 }
 
-InstanceRecord read_record(Reader& in, const Shape& shape, const std::vector<RecordedMotion>& motions) {
-  InstanceRecord r;
-  const std::uint8_t flags = in.byte();
-  in.require((flags & ~shape.flags) == 0,
-             "an unknown kind of record (allowed: flags 1, 2, 4, from version 2 on 8, from 3 on 16)");
-  r.motion = static_cast<std::uint32_t>(in.count(motions.size() - 1));
-  r.start = static_cast<std::uint32_t>(in.count(0xffffffffu));
-  if (flags & has_offset) r.offset_m = in.number();
-  for (double& x : r.initial) x = in.number();
-  read_lines(in, shape, r);
-  read_plan(in, shape, (flags & has_continuous) != 0, r.warm_modes, r.warm_continuous);
-  read_plan(in, shape, (flags & has_continuous) != 0, r.plan_modes, r.plan_continuous);
-  r.plan_cost = in.number();
-  const std::uint8_t status = in.byte();
-  in.require(usable(static_cast<Status>(status)) && status <= static_cast<std::uint8_t>(Status::iteration_limit),
-             "a status without a plan (allowed: 0 to 3)");
-  r.plan_status = static_cast<Status>(status);
+/// What of a record is not as in an empty one.
+std::uint8_t flags_of(const InstanceRecord& r) {
+  const auto is_zero = [](double v) { return std::bit_cast<std::uint64_t>(v) == 0; };
+  const bool continuous =
+      !std::ranges::all_of(r.warm_continuous, is_zero) || !std::ranges::all_of(r.plan_continuous, is_zero);
+  return static_cast<std::uint8_t>((is_zero(r.offset_m) ? 0 : has_offset) | (r.reference.empty() ? 0 : has_rows) |
+                                   (continuous ? has_continuous : 0) | (r.load ? has_load : 0) |
+                                   (r.warm_weights.empty() ? 0 : has_relaxation));
+}
+
+/// `known`: flags of the file's version.
+template <class File, class Record>
+void record(File& file, const Shape& shape, int known, const std::vector<RecordedMotion>& motions, Record& r) {
+  file.require(!motions.empty(), "records without motions (allowed: at least one)");
+  std::uint8_t flags = flags_of(r);
+  file.byte(flags);
+  file.require((flags & ~known) == 0,
+               "an unknown kind of record (allowed: flags 1, 2, 4, from version 2 on 8, from 3 on 16)");
+  file.count(r.motion, motions.size() - 1);
+  file.count(r.start, 0xffffffffu);
+  if (flags & has_offset) file.number(r.offset_m);
+  numbers(file, r.initial);
+  delay_lines(file, shape, r.lines);
+  plan(file, shape, (flags & has_continuous) != 0, r.warm_modes, r.warm_continuous);
+  plan(file, shape, (flags & has_continuous) != 0, r.plan_modes, r.plan_continuous);
+  file.number(r.plan_cost);
+  file.byte(r.plan_status);
+  file.require(usable(r.plan_status) && r.plan_status <= Status::iteration_limit,
+               "a status without a plan (allowed: 0 to 3)");
   if (flags & has_rows) {
-    r.reference = in.rows();
-    r.setpoint = in.rows();
-    in.require(r.reference.size() == shape.steps && r.setpoint.size() == shape.setpoints,
-               "rows that are not the horizon's (allowed: one a step)");
+    rows(file, r.reference);
+    rows(file, r.setpoint);
+    file.require(r.reference.size() == shape.steps && r.setpoint.size() == shape.setpoints,
+                 "rows that are not the horizon's (allowed: one a step)");
   } else {
-    in.require(r.start >= 1 && r.start + shape.steps <= motions[r.motion].rows.size(),
-               "a window outside its motion's rows (allowed: start >= 1, start + steps <= rows)");
+    file.require(r.start >= 1 && r.start + shape.steps <= motions[r.motion].rows.size(),
+                 "a window outside its motion's rows (allowed: start >= 1, start + steps <= rows)");
   }
-  if (flags & has_load) r.load = {in.number(), in.number()};
-  if (flags & has_relaxation) read_relaxation(in, shape, r);
-  return r;
+  if constexpr (File::reading)
+    if (flags & has_load) r.load.emplace();
+  if (flags & has_load) file.number(r.load->payload_kg), file.number(r.load->external_force_n);
+  if (flags & has_relaxation) relaxation(file, shape, r);
 }
 
-VariantInstances read_variant_instances(Reader& in, const std::string& name, std::uint32_t version,
-                                        const InstanceSet& set) {
-  VariantInstances v;
-  v.name = in.text();
-  v.toml = in.text();
-  for (const VariantInstances& other : set.variants)
-    in.require(other.name != v.name, "a variant twice (allowed: each once)");
-  TableReader table = TableReader::from_text(v.toml, fmt::format("{}: variant {}", name, v.name));
+template <class File, class Motion>
+void motion(File& file, Motion& m) {
+  text(file, m.name);
+  file.byte(m.plane);
+  file.require(m.plane == Plane::vertical || m.plane == Plane::horizontal,
+               "an unknown plane (allowed: 0 vertical, 1 horizontal)");
+  rows(file, m.rows);
+}
+
+/// The variant that its table describes.
+void read_config(const Reader& in, const InstanceSet& set, VariantInstances& v) {
+  in.require(std::ranges::count(set.variants, v.name, &VariantInstances::name) == 1,
+             "a variant twice (allowed: each once)");
+  TableReader table = TableReader::from_text(v.toml, fmt::format("{}: variant {}", in.name(), v.name));
   v.config = read_variant(table, v.name);
-  Shape shape = shape_of(v.config);
-  if (version < 2) shape.flags &= ~has_load;
-  if (version < 3) shape.flags &= ~has_relaxation;
-  const std::size_t records = in.count_of(44);
-  in.require(records == 0 || !set.motions.empty(), "records without motions (allowed: at least one)");
-  v.records.reserve(records);
-  for (std::size_t i = 0; i < records; ++i) v.records.push_back(read_record(in, shape, set.motions));
-  return v;
 }
 
-RecordedMotion read_motion(Reader& in) {
-  RecordedMotion s;
-  s.name = in.text();
-  const std::uint8_t plane = in.byte();
-  in.require(plane <= 1, "an unknown plane (allowed: 0 vertical, 1 horizontal)");
-  s.plane = plane == 0 ? Plane::vertical : Plane::horizontal;
-  s.rows = in.rows();
-  return s;
+/// Everything between version and checksum.
+template <class File, class Set>
+void body(File& file, std::uint32_t version, Set& set) {
+  const int known =
+      has_offset | has_rows | has_continuous | (version >= 2 ? has_load : 0) | (version >= 3 ? has_relaxation : 0);
+  file.list(set.motions, 3, [&](auto& m) { motion(file, m); });
+  file.list(set.variants, 3, [&](auto& v) {
+    text(file, v.name);
+    text(file, v.toml);
+    if constexpr (File::reading) read_config(file, set, v);
+    const Shape shape = shape_of(v.config);
+    file.list(v.records, 44, [&](auto& r) { record(file, shape, known, set.motions, r); });
+  });
 }
 
-/// The part between version and checksum, once both have been looked at.
-std::string_view body_of(std::string_view bytes, const std::string& name, std::uint32_t& version) {
-  const std::size_t head = magic.size() + 4;
+/// A reader of what is behind the version, once that and the checksum have been looked at.
+Reader opened(std::string_view bytes, const std::string& name, std::uint32_t& version) {
   if (!bytes.starts_with(magic))
     throw ConfigError(fmt::format("{}: byte 0: no instance file (allowed: a file that begins with SOLINST)", name));
-  Reader in(bytes, name);
-  in.take(magic.size());
+  const std::size_t end = std::max(magic.size() + 4, bytes.size() - checksum_size);
+  Reader in(bytes.substr(0, end), name, magic.size());
   version = static_cast<std::uint32_t>(in.fixed(4));
   if (version < 1 || version > instance_format_version)
     in.fail(fmt::format("an instance file of version {} (allowed: 1 to {})", version, instance_format_version));
-  in.require(bytes.size() >= head + checksum_size, "the file ends too early (allowed: a whole instance file)");
-  Reader tail(bytes.substr(bytes.size() - checksum_size), name);
-  if (tail.fixed(checksum_size) != fnv1a(bytes.substr(0, bytes.size() - checksum_size)))
+  if (Reader(bytes, name, end).fixed(checksum_size) != fnv1a(bytes.substr(0, end)))
     in.fail("damaged or cut short: the checksum does not match (allowed: a whole instance file)");
-  return bytes.substr(head, bytes.size() - head - checksum_size);
+  return in;
 }
 
 }  // namespace
@@ -292,31 +299,16 @@ std::string instance_bytes(const InstanceSet& set) {
   Writer out;
   out.bytes_ = magic;
   out.fixed(instance_format_version, 4);
-  out.count(set.motions.size());
-  for (const RecordedMotion& s : set.motions) {
-    out.text(s.name);
-    out.byte(s.plane == Plane::vertical ? 0 : 1);
-    out.rows(s.rows);
-  }
-  out.count(set.variants.size());
-  for (const VariantInstances& v : set.variants) {
-    out.text(v.name);
-    out.text(v.toml);
-    out.count(v.records.size());
-    const int switches = shape_of(v.config).switches;
-    for (const InstanceRecord& r : v.records) write_record(out, r, switches);
-  }
+  body(out, instance_format_version, set);
   out.fixed(fnv1a(out.bytes_), checksum_size);
   return std::move(out.bytes_);
 }
 
 InstanceSet parse_instances(std::string_view bytes, const std::string& name) {
   std::uint32_t version = 0;
-  Reader in(body_of(bytes, name, version), name);
+  Reader in = opened(bytes, name, version);
   InstanceSet set;
-  for (std::size_t left = in.count_of(3); left > 0; --left) set.motions.push_back(read_motion(in));
-  for (std::size_t left = in.count_of(3); left > 0; --left)
-    set.variants.push_back(read_variant_instances(in, name, version, set));
+  body(in, version, set);
   in.require(in.done(), "more bytes than the set has (allowed: nothing behind the last record)");
   return set;
 }
