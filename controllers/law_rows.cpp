@@ -31,7 +31,7 @@ void check_switching_hybrid(TableReader& table, const VariantConfig& v) {
   if (v.phases.fine_below_m > v.phases.coarse_above_m)
     table.table("phases").fail("fine_below_m", fmt::format("{:g} m is above coarse_above_m (allowed: 0 to {:g})",
                                                            v.phases.fine_below_m, v.phases.coarse_above_m));
-  if (v.phases.exhaust && v.valves != "two_way")
+  if (v.phases.rest == "exhaust" && v.valves != "two_way")
     table.fail("valves", fmt::format("'{}' cannot exhaust both chambers at rest (allowed: two_way)", v.valves));
 }
 

@@ -35,32 +35,22 @@ void read_model(TableReader& table, VariantConfig& v) {
   }
 }
 
-void read_blocks(TableReader& table, HorizonSettings& h) {
-  if (!table.has("horizon")) return;
-  TableReader horizon = table.table("horizon");
-  h.blocks = horizon.has("blocks") ? horizon.integers("blocks", 1, 200) : std::vector<int>{};
-  if (h.blocks.empty()) return;
+void check_blocks(TableReader& table, const HorizonSettings& h) {
   const int periods = std::accumulate(h.blocks.begin(), h.blocks.end(), 0);
-  if (periods * ticks_per_period != h.steps)
-    horizon.fail("blocks",
-                 fmt::format("{} periods of {} steps are not the horizon's {} steps (allowed: blocks that add "
-                             "up to steps / {}, or none for one block)",
-                             periods, ticks_per_period, h.steps, ticks_per_period));
-}
-
-void read_rest(TableReader& table, PhaseSettings& phases) {
-  if (!table.has("phases")) return;
-  TableReader reader = table.table("phases");
-  phases.exhaust = reader.text_or("rest", "closed", {"closed", "exhaust"}) == "exhaust";
+  if (h.blocks.empty() || periods * ticks_per_period == h.steps) return;
+  table.table("horizon").fail(
+      "blocks", fmt::format("{} periods of {} steps are not the horizon's {} steps (allowed: blocks that add up to "
+                            "steps / {}, or none for one block)",
+                            periods, ticks_per_period, h.steps, ticks_per_period));
 }
 
 void check_estimation(TableReader& table, const EstimatorTuning& t) {
-  if (!table.has("estimation")) return;
-  const TableReader reader = table.table("estimation");
-  if (!(t.position_low_m < t.position_high_m))
-    reader.fail("position_high_m", fmt::format("not above position_low_m (allowed: above {:g})", t.position_low_m));
-  if (!(t.pressure_low_pa < t.pressure_high_pa))
-    reader.fail("pressure_high_pa", fmt::format("not above pressure_low_pa (allowed: above {:g})", t.pressure_low_pa));
+  const auto above = [&](const char* high, double high_value, const char* low, double low_value) {
+    if (!(low_value < high_value))
+      table.table("estimation").fail(high, fmt::format("not above {} (allowed: above {:g})", low, low_value));
+  };
+  above("position_high_m", t.position_high_m, "position_low_m", t.position_low_m);
+  above("pressure_high_pa", t.pressure_high_pa, "pressure_low_pa", t.pressure_low_pa);
 }
 
 void read_use_of_estimate(TableReader& table, const EstimatorRow& row, VariantConfig& v) {
@@ -87,17 +77,11 @@ void check_joint(const TableReader& table, const VariantConfig& v, const SolverR
                          v.solver, fmt::join(able, ", ")));
 }
 
-std::vector<std::string> solvers_and_laws() {
-  std::vector<std::string> names = names_of(solver_rows());
-  std::ranges::copy(names_of(law_rows()), std::back_inserter(names));
-  return names;
-}
-
-/// Whatever chooses the modes: the keys of its groups, those that every variant has, and what it refuses.
+/// Whatever chooses the modes: the keys of its groups and of the estimators, and what it refuses.
 template <class Row>
 void read_chooser(TableReader& table, const Row& row, VariantConfig& v) {
   std::vector<std::string> groups = row.groups;
-  groups.insert(groups.end(), {"", "estimation"});
+  groups.push_back("estimation");
   read_keys(table, groups, v);
   check_estimation(table, v.estimation);
   check_valves(table, v, row.valves);
@@ -116,23 +100,18 @@ bool VariantConfig::predicts_motor() const {
 VariantConfig read_variant(TableReader& table, const std::string& name) {
   VariantConfig v;
   v.name = name;
-  v.summary = table.text_or("summary", "");
-  v.valves = table.text_or("valves", v.valves, valve_configurations());
-  v.estimator = table.text_or("estimator", v.estimator, names_of(estimator_rows()));
+  read_keys(table, std::vector<std::string>{""}, v);
   const EstimatorRow& estimator = estimator_row(v.estimator);
   v.estimation = estimator.tuning;
-  v.solver = table.text_or("solver", v.solver, solvers_and_laws());
-  v.motor = table.text_or("motor", v.motor, {"none", "pd", "inverse_dynamics", "in_prediction", "joint"});
   read_model(table, v);
   read_use_of_estimate(table, estimator, v);
   if (const LawRow* law = find_row(law_rows(), v.solver)) {
     read_chooser(table, *law, v);
-    if (std::ranges::count(law->groups, "phases") > 0) read_rest(table, v.phases);
     law->check(table, v);
   } else {
     const SolverRow& row = solver_row(v.solver);
     read_chooser(table, row, v);
-    read_blocks(table, v.horizon);
+    check_blocks(table, v.horizon);
     check_joint(table, v, row);
     row.check(table, v);
   }

@@ -21,8 +21,8 @@ struct UseEstimate {
 };
 
 struct HorizonSettings {
-  int steps = 100;                 ///< N_p, model steps of 1 ms
-  std::vector<int> blocks = {20};  ///< 5 ms periods each; empty: one block of all steps
+  int steps = 100;          ///< N_p, model steps of 1 ms
+  std::vector<int> blocks;  ///< 5 ms periods each; empty: one block of all steps
   bool operator==(const HorizonSettings&) const = default;
 };
 

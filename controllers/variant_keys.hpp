@@ -13,16 +13,19 @@ namespace solenoid {
 
 /// One key of a [variant.NAME] table, declared once: reading, refusals, defaults, listings and Python come from it.
 struct VariantKey {
-  using Member = std::variant<std::monostate, double& (*)(VariantConfig&), int& (*)(VariantConfig&),
-                              bool& (*)(VariantConfig&), std::optional<double>& (*)(VariantConfig&)>;
-  using Value = std::variant<std::monostate, double, int, bool>;
+  template <class T>
+  using At = T& (*)(VariantConfig&);
+  using Member = std::variant<std::monostate, At<double>, At<int>, At<bool>, At<std::string>, At<std::vector<int>>,
+                              At<std::optional<double>>>;
+  using Value = std::variant<std::monostate, double, int, bool, std::string, std::vector<int>>;
 
   std::string path;   ///< "cost.switching", "motor"
   std::string group;  ///< solvers, laws and estimators name the groups they read; "": every variant has it
   Member member;      ///< none: read by hand in variant.cpp
-  Range range;        ///< of a number
+  Range range;        ///< of a number, or of each in a list
   std::string unit;
   std::string meaning;
+  std::vector<std::string> choices{};                ///< of a text; empty: any
   std::string by_hand_default{}, by_hand_allowed{};  ///< of keys without a member
 
   /// What a variant has there; nothing for keys without a member and limits that are not set.

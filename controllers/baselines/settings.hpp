@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 namespace solenoid {
 
 /// Gains of PulseWidthPid; duties are of full scale, -1 to 1.
@@ -30,7 +32,7 @@ struct SlidingSettings {
 struct PhaseSettings {
   double coarse_above_m = 3e-4;  ///< a larger error takes the cylinder in
   double fine_below_m = 1e-4;    ///< a smaller one leaves it to the motor; at most coarse_above_m
-  bool exhaust = false;          ///< in the fine phase: both chambers open to the air, else closed
+  std::string rest = "closed";   ///< in the fine phase; "exhaust": both chambers open to the air
   bool operator==(const PhaseSettings&) const = default;
 };
 

@@ -20,7 +20,7 @@ namespace solenoid {
 class SwitchingHybrid {
  public:
   SwitchingHybrid(const PhaseSettings& phases, const SlidingSettings& sliding, const ModeSet& modes)
-      : phases_(phases), patterns_(modes), cylinder_(sliding, modes) {}
+      : phases_(phases), exhausts_(phases.rest == "exhaust"), patterns_(modes), cylinder_(sliding, modes) {}
 
   SwitchPattern coils(const LawInput& in) noexcept {
     using enum ChamberAction;
@@ -28,7 +28,7 @@ class SwitchingHybrid {
     coarse_ = next_phase(std::abs(in.desired.position - in.state[position]));
     if (coarse_ && !was_coarse) cylinder_.restart();  // decides at once
     if (coarse_) return cylinder_.coils(in);
-    return phases_.exhaust ? patterns_(exhaust, exhaust) : patterns_(closed, closed);
+    return exhausts_ ? patterns_(exhaust, exhaust) : patterns_(closed, closed);
   }
   void restart() noexcept {
     cylinder_.restart();
@@ -42,6 +42,7 @@ class SwitchingHybrid {
   }
 
   PhaseSettings phases_;
+  bool exhausts_;
   ChamberPatterns patterns_;
   ThreeModeSliding cylinder_;
   bool coarse_ = false;

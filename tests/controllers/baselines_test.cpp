@@ -195,7 +195,7 @@ TEST(SwitchingHybrid, PhasesChangeWithHysteresis) {
 TEST(SwitchingHybrid, AtRestTheChambersAreClosedOrOpenToTheAir) {
   const ModeSet modes = valve_modes("two_way", ActuatorParameters());
   Scene scene;
-  SwitchingHybrid closed({}, {}, modes), open({.exhaust = true}, {}, modes);
+  SwitchingHybrid closed({}, {}, modes), open({.rest = "exhaust"}, {}, modes);
   EXPECT_EQ(closed.coils(scene.at(0)), 0u);
   const auto point = modes.point(open.coils(scene.at(0)));
   EXPECT_THAT(std::vector<double>(point.begin(), point.end()), testing::ElementsAre(0, 1, 0, 1));
@@ -326,7 +326,7 @@ TEST(LawVariants, AreReadWithTheirTables) {
   EXPECT_TRUE(v.is_feedback_law());
   EXPECT_EQ(v.sliding.frequency, 40.0);
   EXPECT_EQ(v.sliding.every_ticks, 2);
-  EXPECT_TRUE(v.phases.exhaust);
+  EXPECT_EQ(v.phases.rest, "exhaust");
   EXPECT_EQ(read("solver = 'pulse_width_pid'\npulse_width = { bias = 0.4 }").pulse_width.bias, 0.4);
   EXPECT_EQ(read("valves = 'three_mode'\nsolver = 'extended_cost'\ncost = { terminal_acceleration = 2.0 }")
                 .cost.terminal_acceleration,
