@@ -153,11 +153,6 @@ ActuatorParameters read_parameters(TableReader& table) {
   return p;
 }
 
-ActuatorParameters read_parameters_file(const std::string& path) {
-  TableReader table = TableReader::from_file(path);
-  return read_parameters(table);
-}
-
 ActuatorParameters Mismatch::applied_to(ActuatorParameters p) const {
   p.static_friction_n *= friction;
   p.coulomb_friction_n *= friction;

@@ -94,8 +94,6 @@ std::string named_parameters_help();
 
 /// Overrides fields from a table whose keys are the field names; `base` names the set to start from.
 ActuatorParameters read_parameters(TableReader& table);
-/// Reads a whole file of the same keys.
-ActuatorParameters read_parameters_file(const std::string& path);
 
 /// A mismatch is a set of factors on a plant's parameters that the controller is not told. Unity changes nothing.
 struct Mismatch {

@@ -23,14 +23,9 @@ constexpr std::uint32_t longest_latency_ticks = ticks_per_period;
 
 /// The variant's table as the campaign has it, a file of parameters replaced by its content.
 std::string variant_toml(const Campaign& campaign, const std::string& name) {
-  const toml::table resolved = toml::parse(campaign.resolved_toml);
-  toml::table table = *resolved["variant"][name].as_table();
-  if (const auto* model = table.get("model") ? table.get("model")->as_string() : nullptr)
-    for (const InputFile& file : campaign.inputs)
-      if (file.name == model->get()) {
-        table.insert_or_assign("model", toml::parse(file.text));
-        break;
-      }
+  toml::table table = *campaign.resolved->root()["variant"][name].as_table();
+  if (const auto file = table["model"].value<std::string>(); file && file->ends_with(".toml"))
+    table.insert_or_assign("model", toml::parse(campaign.resolved->linked(*file).value()));
   return toml_text(table);
 }
 
