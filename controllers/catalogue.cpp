@@ -4,14 +4,12 @@
 #include "controllers/estimators/kalman.hpp"
 #include "controllers/estimators/moving_horizon.hpp"
 #include "controllers/estimators/thesis_estimator.hpp"
-#include "controllers/relaxed_solvers.hpp"
+#include "controllers/compiled_solvers.hpp"
 #include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
 #include "solvers/minlp/bonmin.hpp"
-#include "solvers/rounding/projected_gradient.hpp"
 #include "solvers/rounding/pulse_width.hpp"
 #include "solvers/rounding/relax_and_pulse.hpp"
-#include "solvers/rounding/relax_and_round.hpp"
 #include "solvers/search/branch_and_bound.hpp"
 #include "solvers/search/rollout_kernels.hpp"
 
@@ -30,10 +28,8 @@ SolverPtr<M> tree_search(bool prune) {
 
 template <HybridModel M>
 SolverPtr<M> rounding(const VariantConfig& v, RoundingMethod method) {
-  auto relaxed = std::make_unique<ProjectedGradient<M>>(
-      ProjectedGradientSettings{.most_iterations = v.rounding.iterations, .tolerance = 1e-4});
-  return std::make_unique<RelaxAndRound<M>>(std::move(relaxed),
-                                            RelaxAndRoundSettings{.method = method, .improve = v.rounding.improve});
+  return make_rounding<M>({.most_iterations = v.rounding.iterations, .tolerance = 1e-4},
+                          {.method = method, .improve = v.rounding.improve});
 }
 
 template <HybridModel M>

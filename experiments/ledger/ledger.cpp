@@ -1,12 +1,9 @@
 #include "experiments/ledger/ledger.hpp"
 
-#include "controllers/relaxed_solvers.hpp"
+#include "controllers/compiled_solvers.hpp"
 #include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
-#include "core/mpc/relaxation.hpp"
 #include "solvers/minlp/bonmin.hpp"
-#include "solvers/rounding/projected_gradient.hpp"
-#include "solvers/rounding/relax_and_round.hpp"
 #include "solvers/search/branch_and_bound.hpp"
 
 #include <cmath>
@@ -39,7 +36,7 @@ class Keeper {
         relaxed_(problem_, grid_) {
     search_.prepare(problem_);
     enumerate_.prepare(problem_);
-    relaxing_.prepare(problem_, grid_);
+    relaxing_->prepare(problem_, grid_);
     for (Rounder& r : rounders_) r.solver->prepare(problem_);
     if (minlp::available() && options.bonmin_states > 0) bonmin_.prepare(problem_);
   }
@@ -85,7 +82,7 @@ class Keeper {
   /// From relaxed_ downwards: projected gradients, which cross the physics' kinks, then SQP for a first-order point.
   LedgerEntry lower_end(const Problem<Model>& problem) {
     const auto start = Deadline::Clock::now();
-    SolveReport report = relaxing_.solve(problem, relaxed_, Deadline::never());
+    SolveReport report = relaxing_->solve(problem, relaxed_, Deadline::never());
     for (double before = Bounds<Model>::infinity; certifying_ && report.cost < before * (1.0 - 1e-9);) {
       before = report.cost;
       report = certifying_->solve(problem, relaxed_, Deadline::never());
@@ -146,13 +143,11 @@ class Keeper {
 
   struct Rounder {
     LedgerMethod method;
-    std::unique_ptr<RelaxAndRound<Model>> solver;
+    std::unique_ptr<Solver<Model>> solver;
   };
   Rounder rounder(LedgerMethod method, RoundingMethod rounding, bool improve) {
-    return {method, std::make_unique<RelaxAndRound<Model>>(
-                        std::make_unique<ProjectedGradient<Model>>(
-                            ProjectedGradientSettings{.most_iterations = 60, .tolerance = 1e-5}),
-                        RelaxAndRoundSettings{.method = rounding, .improve = improve, .keep_start = improve})};
+    return {method, make_rounding<Model>({.most_iterations = 60, .tolerance = 1e-5},
+                                         {.method = rounding, .improve = improve, .keep_start = improve})};
   }
 
   const InstanceSet& set_;
@@ -163,7 +158,8 @@ class Keeper {
   Plan<Model> warm_;
   RelaxedPlan<Model> relaxed_;
   BranchAndBound<Model> search_, enumerate_{{.prune = false}};
-  ProjectedGradient<Model> relaxing_{{.most_iterations = 300, .tolerance = 1e-6}};
+  std::unique_ptr<RelaxedSolver<Model>> relaxing_ =
+      make_projected_gradient<Model>({.most_iterations = 300, .tolerance = 1e-6});
   std::unique_ptr<RelaxedSolver<Model>> certifying_ = certifier(problem_, grid_);
   std::array<Rounder, 4> rounders_{rounder(M::sum_up, RoundingMethod::sum_up, false),
                                    rounder(M::sum_up_improved, RoundingMethod::sum_up, true),

@@ -142,7 +142,7 @@ class BranchAndBound final : public Solver<M> {
       for (; level.next < level.count; ++level.next) {
         const Node& node = level.nodes[static_cast<std::size_t>(level.order[static_cast<std::size_t>(level.next)])];
         if (fathomed(node)) continue;
-        const int children = affordable_children(problem, node);
+        const int children = children_that_may_improve(problem, node);
         if (children > room && parent_count_ > 0) break;
         if (children > 0) parents_[static_cast<std::size_t>(parent_count_++)] = &node;
         room -= children;
@@ -164,7 +164,7 @@ class BranchAndBound final : public Solver<M> {
     return !((node.bound + problem.cost.switching * changes) * (1 - 1e-12) > report_.cost);
   }
 
-  int affordable_children(const Problem<M>& problem, const Node& node) const noexcept {
+  int children_that_may_improve(const Problem<M>& problem, const Node& node) const noexcept {
     const SwitchPattern before = commanded(problem, node);
     int children = 0;
     for (int mode = 0; mode < problem.modes.size(); ++mode)

@@ -2,7 +2,7 @@
 // converged SQP against the best known cost. A time is the median over repetitions of one instance.
 #include "solvers/sqp/sqp.hpp"
 
-#include "tests/support/tracking_nlp.hpp"
+#include "tests/support/tracking_sqp.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -1,6 +1,5 @@
 #include "core/rt/allocation_guard.hpp"
-#include "solvers/sqp/sqp.hpp"
-#include "tests/support/tracking_nlp.hpp"
+#include "tests/support/tracking_sqp.hpp"
 
 #include <set>
 

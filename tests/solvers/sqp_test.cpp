@@ -3,7 +3,7 @@
 #include "solvers/sqp/sqp.hpp"
 
 #include "tests/support/lotka_volterra.hpp"
-#include "tests/support/tracking_nlp.hpp"
+#include "tests/support/tracking_sqp.hpp"
 
 #include <gtest/gtest.h>
 

@@ -73,7 +73,7 @@ TEST(TwinValves, HalfOpenAtTheDelayOfTheThesis) {
   EXPECT_EQ(valves.opening(0, 6.41e-3), 0.0);
 }
 
-TEST(TwinValves, WithoutTravelTheyAreTheSwitchLines) {
+TEST(TwinValves, WithoutTravelTheyAreTheDelayLines) {
   const ModeSet modes = three_way();
   const SwitchTiming timing(modes, 1e-3);
   DelayLines lines(0);

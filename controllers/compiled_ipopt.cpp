@@ -1,6 +1,6 @@
 #include "solvers/nlp/relaxed_ipopt.hpp"
 
-#include "controllers/relaxed_solvers.hpp"
+#include "controllers/compiled_solvers.hpp"
 
 namespace solenoid {
 

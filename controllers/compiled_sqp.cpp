@@ -1,4 +1,4 @@
-#include "controllers/relaxed_solvers.hpp"
+#include "controllers/compiled_solvers.hpp"
 #include "solvers/sqp/sqp.hpp"
 
 namespace solenoid {

@@ -1,0 +1,3 @@
+#include "tests/support/tracking_sqp.hpp"
+
+template class solenoid::Sqp<solenoid::test::TrackingSlide, 2, 0>;
