@@ -54,7 +54,7 @@ Result result_of(const std::vector<Check>& checks) {
   return {.tables = {table}};
 }
 
-struct Options {
+struct CheckArguments {
   std::vector<std::string> files;
   std::string rig_file;
   OutputOptions output;
@@ -62,7 +62,7 @@ struct Options {
 };
 
 /// The rig as it stands, outputs safe: what `run` looks at before it moves anything.
-std::vector<Check> check_plant(const Options& options) {
+std::vector<Check> check_plant(const CheckArguments& options) {
   PlantChoice choice = options.plant;
   if (!options.rig_file.empty()) choice.rig = read_rig_file(options.rig_file);
   const Campaign campaign = read_campaign("rig");
@@ -84,7 +84,7 @@ std::vector<Check> check_plant(const Options& options) {
 }
 
 /// Files first: one that is refused ends the command, after every other has been looked at.
-int check(const Options& options) {
+int check(const CheckArguments& options) {
   std::vector<Check> checks;
   bool refused = false;
   for (const std::string& file : options.files) {
@@ -107,7 +107,7 @@ int check(const Options& options) {
 }  // namespace
 
 void add_check(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CheckArguments>();
   options->plant.kind.clear();
   CLI::App* command = app.add_subcommand("check", "campaign files, the installation, the machine, the model, a plant");
   command->add_option("campaigns", options->files, "campaign files to validate");

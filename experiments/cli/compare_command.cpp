@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::size_t most_rows = 80;  // of runs in a table nobody asked for
 
-struct Options {
+struct CompareArguments {
   std::string campaign = "default", pareto;
   OutputOptions output;
   CampaignOptions run;
@@ -32,7 +32,7 @@ struct Options {
   int live_port = 0;
 };
 
-void report(const CampaignResult& result, const Options& options) {
+void report(const CampaignResult& result, const CompareArguments& options) {
   if (options.output.format == "csv") return write_standard_output(to_csv(result.records));
   Result found = result_of(result.records, options.details || result.records.size() <= most_rows);
   found.notes.push_back("Results: " + result.folder);
@@ -40,7 +40,7 @@ void report(const CampaignResult& result, const Options& options) {
 }
 
 /// A page of the campaign's folder, if it is wanted.
-std::unique_ptr<LiveServer> serve(const Campaign& campaign, Options& options) {
+std::unique_ptr<LiveServer> serve(const Campaign& campaign, CompareArguments& options) {
   if (!options.live) return nullptr;
   if (options.run.out.empty()) options.run.out = new_results_folder(campaign.name);
   auto server = std::make_unique<LiveServer>(campaign, options.run.out, options.live_port, LiveServer::Earlier::shown);
@@ -48,7 +48,7 @@ std::unique_ptr<LiveServer> serve(const Campaign& campaign, Options& options) {
   return server;
 }
 
-int compare(Options options) {
+int compare(CompareArguments options) {
   const Campaign campaign = read_campaign(options.campaign, options.selection);
   std::optional<InterruptGuard> guard;  // a live page stays until Ctrl-C
   if (options.live) guard.emplace();
@@ -72,7 +72,7 @@ int compare(Options options) {
 }  // namespace
 
 void add_compare(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompareArguments>();
   CLI::App* command = app.add_subcommand("compare", "run variants on scenarios and rank them");
   command->add_option("campaign", options->campaign, "campaign file, or a shipped campaign's name; default: default");
   add_out_option(*command, options->run.out);

@@ -15,7 +15,7 @@
 namespace solenoid {
 namespace {
 
-struct Options {
+struct EmulatorArguments {
   std::string campaign = "rig", scenario = "cycloidal", variant = "nine_state", report;
   std::vector<std::string> faults;
   EmulatorSettings emulator;
@@ -29,8 +29,8 @@ void hear_interrupts() {
   pthread_sigmask(SIG_UNBLOCK, &interrupts, nullptr);
 }
 
-int emulate(const Options& chosen) {
-  Options options = chosen;
+int emulate(const EmulatorArguments& chosen) {
+  EmulatorArguments options = chosen;
   options.emulator.faults = parse_faults(options.faults);
   const Campaign campaign = read_campaign(options.campaign, {{options.variant}, {options.scenario}});
   const VariantConfig& variant = campaign.variants.front();
@@ -60,7 +60,7 @@ int emulate(const Options& chosen) {
 }  // namespace
 
 void add_emulator(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<EmulatorArguments>();
   CLI::App* command = app.add_subcommand("emulator", "the rig as a separate process: the twin behind the UDP protocol");
   command->add_option("--campaign", options->campaign, "where its plant is from; default rig");
   command->add_option("--scenario", options->scenario, "whose plant it is; default cycloidal");

@@ -10,11 +10,11 @@
 namespace solenoid {
 namespace {
 
-struct Options {
+struct ExportArguments {
   std::string log, csv;
 };
 
-int export_log(const Options& options) {
+int export_log(const ExportArguments& options) {
   const std::string text = tick_csv_text(read_log(options.log).ticks);
   if (options.csv.empty())
     write_standard_output(text);
@@ -26,7 +26,7 @@ int export_log(const Options& options) {
 }  // namespace
 
 void add_export(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExportArguments>();
   CLI::App* command = app.add_subcommand("export", "a run's log as CSV");
   command->add_option("log", options->log, "an .mcap file of `run`")->required();
   command->add_option("--csv", options->csv, "to this file; default: standard output");

@@ -12,7 +12,7 @@
 namespace solenoid {
 namespace {
 
-struct Options {
+struct FaultsArguments {
   OutputOptions output;
   std::string variant = "nine_state";
   bool simulated_only = false;
@@ -23,7 +23,7 @@ std::vector<ProcessOutcome> in_a_folder(const std::string& variant) {
   return process_faults(std::filesystem::read_symlink("/proc/self/exe").string(), folder.path().string(), variant);
 }
 
-int faults(const Options& options) {
+int faults(const FaultsArguments& options) {
   const auto simulated = simulated_faults(options.variant);
   const auto processes = options.simulated_only ? std::vector<ProcessOutcome>{} : in_a_folder(options.variant);
   options.output.write(result_of(simulated, processes));
@@ -35,7 +35,7 @@ int faults(const Options& options) {
 }  // namespace
 
 void add_faults(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<FaultsArguments>();
   CLI::App* command =
       app.add_subcommand("faults", "provokes every fault of sensors, solver, processes; what they lead to");
   command->add_option("--variant", options->variant, "a shipped variant that is real time; default nine_state");

@@ -30,7 +30,7 @@
 namespace solenoid {
 namespace {
 
-struct Options {
+struct IdentifyArguments {
   std::string experiments, twin_file, rig_file, base = "consistent", out, plane = "vertical";
   OutputOptions output;
   std::vector<std::string> only, logs, mismatch;
@@ -51,7 +51,7 @@ Mismatch parse_mismatch(const std::vector<std::string>& texts) {
   return read_mismatch(table);
 }
 
-TwinParameters twin_of(const Options& options) {
+TwinParameters twin_of(const IdentifyArguments& options) {
   const TwinParameters twin = options.twin_file == "study" ? coverage_twin()
                               : options.twin_file.empty()  ? nominal_twin()
                                                            : read_twin_file(options.twin_file);
@@ -60,7 +60,7 @@ TwinParameters twin_of(const Options& options) {
   return twin_for(twin, task);
 }
 
-std::vector<Experiment> chosen_experiments(const Options& options) {
+std::vector<Experiment> chosen_experiments(const IdentifyArguments& options) {
   std::vector<Experiment> all =
       options.experiments.empty() ? shipped_experiments() : read_experiments_file(options.experiments);
   if (options.only.empty()) return all;
@@ -100,7 +100,7 @@ Experiment approach_to(const Experiment& experiment) {
   return approach;
 }
 
-std::vector<Record> real_time_records(const Options& options, std::vector<std::string>& remarks) {
+std::vector<Record> real_time_records(const IdentifyArguments& options, std::vector<std::string>& remarks) {
   PlantChoice choice = options.plant;
   if (!options.rig_file.empty()) choice.rig = read_rig_file(options.rig_file);
   lock_memory();
@@ -124,7 +124,7 @@ std::vector<Record> real_time_records(const Options& options, std::vector<std::s
   return records;
 }
 
-std::vector<Record> simulated_records(const Options& options, const TwinParameters& twin) {
+std::vector<Record> simulated_records(const IdentifyArguments& options, const TwinParameters& twin) {
   std::vector<Record> records;
   for (const Experiment& e : chosen_experiments(options)) {
     if (InterruptGuard::raised()) break;
@@ -135,7 +135,7 @@ std::vector<Record> simulated_records(const Options& options, const TwinParamete
 }
 
 /// All that a reader may want later, in one folder.
-void write_results(const Options& options, const std::string& folder, const std::string& source,
+void write_results(const IdentifyArguments& options, const std::string& folder, const std::string& source,
                    const std::vector<Record>& records, const Findings& found, const Result& result) {
   create_folder(folder);
   if (options.records || options.plant.kind != "sim") {
@@ -154,7 +154,7 @@ void write_results(const Options& options, const std::string& folder, const std:
   }
 }
 
-int run_identification(Options& options) {
+int run_identification(IdentifyArguments& options) {
   if (options.thesis) {
     write_standard_output(thesis_friction_text());
     return success;
@@ -206,7 +206,7 @@ int run_identification(Options& options) {
   return InterruptGuard::raised() ? interrupted : success;
 }
 
-void add_source_options(CLI::App& command, Options& o) {
+void add_source_options(CLI::App& command, IdentifyArguments& o) {
   command
       .add_option("--plant", o.plant.kind,
                   "sim (the twin, faster than time; default), emulator (UDP I/O node) or comedi")
@@ -236,8 +236,8 @@ void add_source_options(CLI::App& command, Options& o) {
 }  // namespace
 
 void add_identify(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
-  Options& o = *options;
+  auto options = std::make_shared<IdentifyArguments>();
+  IdentifyArguments& o = *options;
   CLI::App* command =
       app.add_subcommand("identify", "the actuator's parameters from experiments or logs, with intervals");
   add_source_options(*command, o);

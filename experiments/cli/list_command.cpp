@@ -144,11 +144,11 @@ Table table_of(const Section& section, bool titled) {
 }  // namespace
 
 void add_list(CLI::App& app, int& exit_code) {
-  struct Options {
+  struct ListArguments {
     std::string what;
     OutputOptions output;
   };
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ListArguments>();
   CLI::App* command = app.add_subcommand("list", "what there is to choose from");
   std::vector<std::string> names;
   for (const Section& section : sections) names.emplace_back(section.name);

@@ -23,7 +23,7 @@
 namespace solenoid {
 namespace {
 
-struct Options {
+struct ProfileArguments {
   std::string campaign, instances, record, save, against;
   OutputOptions output;
   Selection selection;
@@ -33,10 +33,10 @@ struct Options {
   ProfileOptions profile;
 };
 
-bool is_log(const Options& options) { return options.campaign.ends_with(".mcap"); }
+bool is_log(const ProfileArguments& options) { return options.campaign.ends_with(".mcap"); }
 
 /// The instances to replay, recorded or read, and where they are from.
-InstanceSet instances_of(const Options& options, std::string& source) {
+InstanceSet instances_of(const ProfileArguments& options, std::string& source) {
   if (is_log(options)) {
     source = fmt::format("instances posed by the measurements of {}", options.campaign);
     return record_instances(read_log(options.campaign), options.selection.variants, options.per_variant);
@@ -66,7 +66,7 @@ void select_variants(const std::vector<std::string>& wanted, InstanceSet& set) {
                 [&](const auto& v) { return std::find(wanted.begin(), wanted.end(), v.name) == wanted.end(); });
 }
 
-void show_progress(int pass, std::size_t settled, std::size_t variants) {
+void show_pass(int pass, std::size_t settled, std::size_t variants) {
   const bool terminal = isatty(STDERR_FILENO) != 0;
   if (terminal) fmt::print(stderr, "\r\033[Kprofile: pass {}, {} of {} variants settled", pass, settled, variants);
   if (terminal && settled == variants) fmt::print(stderr, "\r\033[K");
@@ -74,7 +74,7 @@ void show_progress(int pass, std::size_t settled, std::size_t variants) {
 }
 
 /// The closed loops of the quality curve: the campaign's or the log's task, or those the shipped instances come from.
-std::vector<QualityPoint> quality_of(const Options& options) {
+std::vector<QualityPoint> quality_of(const ProfileArguments& options) {
   if (options.budgets_ms.empty()) return {};
   const Campaign campaign =
       is_log(options) ? recorded_campaign(read_log(options.campaign), options.selection.variants)
@@ -83,7 +83,7 @@ std::vector<QualityPoint> quality_of(const Options& options) {
   return quality_against_time(campaign, options.budgets_ms, options.profile.core, InterruptGuard::raised);
 }
 
-int profile(Options options) {
+int profile(ProfileArguments options) {
   const InterruptGuard guard;
   ProfileResult result;
   result.threshold = options.threshold;
@@ -93,7 +93,7 @@ int profile(Options options) {
   if (!options.record.empty()) write_file_atomically(options.record, instance_bytes(set));
   select_variants(options.selection.variants, set);
   options.profile.interrupted = InterruptGuard::raised;
-  options.profile.progress = show_progress;
+  options.profile.progress = show_pass;
   result.profile = profile_instances(set, options.profile);
   if (!result.profile.interrupted) result.quality = quality_of(options);
   if (result.profile.interrupted || InterruptGuard::raised()) return interrupted;
@@ -107,7 +107,7 @@ int profile(Options options) {
   return failure;
 }
 
-void add_measuring(CLI::App& command, Options& options) {
+void add_measuring(CLI::App& command, ProfileArguments& options) {
   command.add_option("--core", options.profile.core, "core to run on; default: the last this process may use")
       ->check(CLI::Range(0, 1023));
   command.add_option("--passes", options.profile.passes, "passes over the instances; default: until figures settle")
@@ -126,7 +126,7 @@ void add_measuring(CLI::App& command, Options& options) {
 }  // namespace
 
 void add_profile(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ProfileArguments>();
   CLI::App* command = app.add_subcommand("profile", "solver time on recorded problems, and where it goes");
   CLI::Option* campaign =
       command->add_option("campaign", options->campaign,

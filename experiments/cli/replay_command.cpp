@@ -12,7 +12,7 @@
 namespace solenoid {
 namespace {
 
-struct Options {
+struct ReplayArguments {
   std::string log, variant, csv, format = "table";
 };
 
@@ -45,7 +45,7 @@ std::string json_of(const ReplayResult& r, const std::string& variant) {
   return json.dump(1) + "\n";
 }
 
-int replay(const Options& options) {
+int replay(const ReplayArguments& options) {
   const RecordedRun run = read_log(options.log);
   const RecordedTask task = recorded_task(run);
   const bool same = options.variant.empty();
@@ -59,7 +59,7 @@ int replay(const Options& options) {
 }  // namespace
 
 void add_replay(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReplayArguments>();
   CLI::App* command = app.add_subcommand("replay", "a run's recorded measurements through a controller again");
   command->add_option("log", options->log, "an .mcap file of `run`")->required();
   command->add_option("--variant", options->variant, "another variant; default: the log's own, which must agree");

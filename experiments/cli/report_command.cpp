@@ -12,12 +12,12 @@
 namespace solenoid {
 namespace {
 
-struct Options {
+struct ReportArguments {
   std::string folder, out, figure = "pareto", svg, png;
   bool overview_only = false;
 };
 
-int report(const Options& options) {
+int report(const ReportArguments& options) {
   const std::string& drawing = options.svg.empty() ? options.png : options.svg;
   if (!drawing.empty()) {
     draw_report_figure(read_results(options.folder), options.figure, drawing,
@@ -34,7 +34,7 @@ int report(const Options& options) {
 }  // namespace
 
 void add_report(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReportArguments>();
   CLI::App* command = app.add_subcommand("report", "results as one HTML file, or a figure of them");
   command->add_option("folder", options->folder, "results folder of `compare` or `run`")->required();
   command->add_option("-o,--out", options->out, "the HTML file; default FOLDER/report.html");

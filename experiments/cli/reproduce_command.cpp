@@ -22,7 +22,7 @@ struct ReproduceOptions {
 };
 
 /// On a terminal one line that counts; otherwise a line when all is done.
-void show_progress(std::size_t done, std::size_t all) {
+void show_cases(std::size_t done, std::size_t all) {
   const bool terminal = isatty(STDERR_FILENO) != 0;
   if (terminal) fmt::print(stderr, "\rreproduce: {} of {} runs{}", done, all, done == all ? "\n" : "");
   if (!terminal && done == all) fmt::print(stderr, "reproduce: {} runs done\n", all);
@@ -33,7 +33,7 @@ void run_reproduce(const ReproduceOptions& options) {
   std::vector<ReproducedCase> cases;
   for (const ReproducibleTable& table : select_tables(options.tables))
     for (ReproducedCase& c : table.cases(table.name)) cases.push_back(std::move(c));
-  options.output.write(result_of(reproduce(cases, options.jobs, show_progress)));
+  options.output.write(result_of(reproduce(cases, options.jobs, show_cases)));
 }
 
 }  // namespace

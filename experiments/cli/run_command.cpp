@@ -27,7 +27,7 @@
 namespace solenoid {
 namespace {
 
-struct Options {
+struct RunArguments {
   std::string variant, campaign = "rig", scenario = "cycloidal", rig_file, policy = "at_once", out, format = "table";
   std::vector<std::string> faults;
   PlantChoice plant;
@@ -73,7 +73,7 @@ class StatusLine {
 };
 
 /// The chosen cell of the campaign, once for each repeat, with a seed of its own.
-Campaign campaign_of(const Options& options) {
+Campaign campaign_of(const RunArguments& options) {
   Campaign campaign = read_campaign(options.campaign, {{options.variant}, {options.scenario}});
   ScenarioConfig& scenario = campaign.scenarios.front();
   if (options.duration_s > 0) scenario.duration_s = options.duration_s;
@@ -91,7 +91,7 @@ Campaign campaign_of(const Options& options) {
 }
 
 /// Sensors must be plausible; a slide that stands elsewhere is brought to the task's start first.
-void look_before_start(const Options& options, Plant& plant, const VariantConfig& variant,
+void look_before_start(const RunArguments& options, Plant& plant, const VariantConfig& variant,
                        const ScenarioConfig& scenario, SessionSettings& session) {
   constexpr double near_m = 1e-3;
   const Preflight found = preflight(plant, session.ladder.plausibility, variant.nominal.atmospheric_pressure_pa,
@@ -101,7 +101,7 @@ void look_before_start(const Options& options, Plant& plant, const VariantConfig
   session.at_start_position = std::abs(found.position_m - scenario.trajectory.start_m()) < near_m;
 }
 
-SessionResult run_one(const Options& options, const Campaign& campaign, const CampaignRun& run,
+SessionResult run_one(const RunArguments& options, const Campaign& campaign, const CampaignRun& run,
                       const std::string& folder) {
   const VariantConfig& variant = campaign.variants.front();
   const ScenarioConfig& scenario = campaign.scenarios.front();
@@ -129,8 +129,8 @@ SessionResult run_one(const Options& options, const Campaign& campaign, const Ca
   return run_session(*opened.plant, variant, scenario, session, watch);
 }
 
-int run(const Options& chosen) {
-  Options options = chosen;
+int run(const RunArguments& chosen) {
+  RunArguments options = chosen;
   options.plant.faults = parse_faults(options.faults);
   if (!options.rig_file.empty()) options.plant.rig = read_rig_file(options.rig_file);
   const double lowering_s = options.session.ladder.lowering_s;
@@ -182,7 +182,7 @@ int run(const Options& chosen) {
   return !clean ? failure : stopped ? interrupted : success;
 }
 
-void add_plant_options(CLI::App& command, Options& o) {
+void add_plant_options(CLI::App& command, RunArguments& o) {
   command.add_option("--plant", o.plant.kind, "sim (the twin in this process), emulator (UDP I/O node) or comedi")
       ->check(CLI::IsMember({"sim", "emulator", "comedi"}));
   command.add_option("--rig", o.rig_file, "TOML of calibration, wiring and limits (docs/reference/rig.md)");
@@ -190,7 +190,7 @@ void add_plant_options(CLI::App& command, Options& o) {
   command.add_option("--fault", o.faults, "provoke a fault, repeatable: " + fault_help());
 }
 
-void add_realtime_options(CLI::App& command, Options& o) {
+void add_realtime_options(CLI::App& command, RunArguments& o) {
   command.add_option("--policy", o.policy, "plans take effect at_once or in the next_slot")
       ->check(CLI::IsMember({"at_once", "next_slot"}));
   command.add_flag("--no-realtime", o.no_realtime, "do not ask for SCHED_FIFO");
@@ -212,7 +212,7 @@ void add_realtime_options(CLI::App& command, Options& o) {
 }  // namespace
 
 void add_run(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RunArguments>();
   CLI::App* command = app.add_subcommand("run", "a variant in real time, on the twin, the emulator or the rig");
   command->add_option("variant", options->variant, "a variant of the campaign or a shipped one")->required();
   command->add_option("--campaign", options->campaign, "where the task is from: a file, or a shipped one; default rig");

@@ -20,7 +20,7 @@ struct ScalingCommand {
 };
 
 /// One line that moves on a terminal; otherwise a line for each row.
-void show_progress(const std::string& what) {
+void show_size(const std::string& what) {
   if (isatty(STDERR_FILENO) != 0)
     fmt::print(stderr, "\rscaling: {:<40}", what);
   else
@@ -30,7 +30,7 @@ void show_progress(const std::string& what) {
 
 int scaling(const ScalingCommand& command) {
   const InterruptGuard guard;
-  const auto rows = study_scaling(command.study, show_progress, InterruptGuard::raised);
+  const auto rows = study_scaling(command.study, show_size, InterruptGuard::raised);
   if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\n");
   command.output.write(result_of(command.study, rows), !InterruptGuard::raised());
   if (InterruptGuard::raised()) {

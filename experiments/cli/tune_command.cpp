@@ -15,7 +15,7 @@
 namespace solenoid {
 namespace {
 
-struct Options {
+struct TuneArguments {
   TuneSettings settings;
   std::vector<std::string> free;
   std::string objective = "rmse";
@@ -31,7 +31,7 @@ void try_to_draw(const Plot& plot, const std::string& path) {
   }
 }
 
-int run_tuning(Options& options) {
+int run_tuning(TuneArguments& options) {
   TuneSettings& settings = options.settings;
   for (const std::string& text : options.free) settings.free.push_back(parse_free_parameter(text));
   settings.aim = options.objective == "step" ? TuneAim::step : TuneAim::rmse;
@@ -55,7 +55,7 @@ int run_tuning(Options& options) {
 }  // namespace
 
 void add_tune(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<TuneArguments>();
   TuneSettings& s = options->settings;
   CLI::App* command =
       app.add_subcommand("tune", "search a variant's numbers on training plants, judge on held-out ones");

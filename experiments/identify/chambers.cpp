@@ -21,7 +21,8 @@ constexpr int thinning = 4;                   // of residuals: 250 Hz holds all 
 constexpr double settle_s = 0.25;             // after which the unknown first pressure is forgotten
 constexpr std::size_t least_residuals = 100;  // 0.4 s: less of a record tells nothing of valves
 constexpr double usual_heat_transfer = 50.0;  // W/(m2 K), of air in small cylinders
-constexpr double memory_s = 0.2;  // of residuals: the filter's 20 ms, and pressures that recover from a late edge
+constexpr double residual_memory_s =
+    0.2;  // of residuals: the filter's 20 ms, and pressures that recover from a late edge
 
 /// The free numbers in the order of the least-squares problem.
 enum Free : Index { supply = 0, rising, falling, filter, filling, discharging, choking };
@@ -33,7 +34,7 @@ struct AirLaw {
   Index size() const { return (continuity == FlowContinuity::continuous ? 5 : 7) + (walls ? 1 : 0); }
 };
 
-struct Problem {
+struct ChamberProblem {
   std::vector<const Record*> records;
   std::vector<std::vector<double>> quiet;  // their positions
   ActuatorParameters given;
@@ -75,10 +76,10 @@ struct Problem {
   }
 };
 
-LeastSquaresFit fit_chambers(const Problem& problem, const VectorXd* from = nullptr) {
+LeastSquaresFit fit_chambers(const ChamberProblem& problem, const VectorXd* from = nullptr) {
   LeastSquares ls;
   ls.residuals = [&](const VectorXd& x, VectorXd& r) { problem.residuals(x, r); };
-  for (const Record* r : problem.records) ls.series.insert(ls.series.end(), 2, Problem::residuals_of(*r));
+  for (const Record* r : problem.records) ls.series.insert(ls.series.end(), 2, ChamberProblem::residuals_of(*r));
   const ActuatorParameters& g = problem.given;
   std::vector<double> start = {g.supply_pressure_pa, g.energise_delay_s, g.deenergise_delay_s,
                                ChamberParameters{}.filter_delay_s, g.fill_coefficient};
@@ -95,7 +96,7 @@ LeastSquaresFit fit_chambers(const Problem& problem, const VectorXd* from = null
   ls.start = Eigen::Map<VectorXd>(start.data(), problem.law.size());
   ls.scale = Eigen::Map<VectorXd>(scale.data(), problem.law.size());
   if (from) ls.start = from->head(problem.law.size());
-  ls.lags = static_cast<int>(memory_s / (problem.records.front()->period_s * thinning));
+  ls.lags = static_cast<int>(residual_memory_s / (problem.records.front()->period_s * thinning));
   return solve_least_squares(ls);
 }
 
@@ -114,7 +115,7 @@ std::pair<double, double> derived(const LeastSquaresFit& fit, const VectorXd& sc
 
 /// Wald's statistic of the two equations of continuity on the free fit, and its probability by chance; 1 where the data
 /// say nothing of them (no edge of one valve, a chamber that never chokes).
-double chance_of_continuity(const Problem& free, const LeastSquaresFit& fit) {
+double chance_of_continuity(const ChamberProblem& free, const LeastSquaresFit& fit) {
   const double b = free.given.critical_pressure_ratio, p0 = free.given.atmospheric_pressure_pa;
   const auto gaps = [&](const VectorXd& x) {
     return Eigen::Vector2d(std::log(x[choking] / (x[filling] * std::sqrt((1 - b) * x[supply]))),
@@ -156,7 +157,7 @@ bool valves_switch(const Record& r) {
   return std::ranges::adjacent_find(r.coils, std::ranges::not_equal_to()) != r.coils.end();
 }
 
-Findings findings(const Problem& problem, const LeastSquaresFit& fit) {
+Findings findings(const ChamberProblem& problem, const LeastSquaresFit& fit) {
   Findings found;
   if (!fit.converged) {
     found.remarks.push_back(
@@ -186,10 +187,10 @@ Findings findings(const Problem& problem, const LeastSquaresFit& fit) {
   return found;
 }
 
-Problem problem_of(const std::vector<const Record*>& records, const ActuatorParameters& given, AirLaw law) {
-  Problem problem{{}, {}, given, law};
+ChamberProblem problem_of(const std::vector<const Record*>& records, const ActuatorParameters& given, AirLaw law) {
+  ChamberProblem problem{{}, {}, given, law};
   for (const Record* r : records)
-    if (Problem::residuals_of(*r) >= least_residuals && valves_switch(*r)) {
+    if (ChamberProblem::residuals_of(*r) >= least_residuals && valves_switch(*r)) {
       problem.records.push_back(r);
       problem.quiet.push_back(quiet_position(r->position_m, r->period_s));
     }
@@ -200,19 +201,19 @@ Problem problem_of(const std::vector<const Record*>& records, const ActuatorPara
 
 Findings estimate_chambers(const std::vector<const Record*>& records, const ActuatorParameters& given,
                            FlowContinuity continuity) {
-  const Problem problem = problem_of(records, given, {continuity, false});
+  const ChamberProblem problem = problem_of(records, given, {continuity, false});
   if (problem.records.empty()) return {};
   return findings(problem, fit_chambers(problem));
 }
 
 Findings estimate_chambers(const std::vector<const Record*>& records, const ActuatorParameters& given,
                            double noise_pa) {
-  Problem problem = problem_of(records, given, {FlowContinuity::free, false});
+  ChamberProblem problem = problem_of(records, given, {FlowContinuity::free, false});
   if (problem.records.empty()) return {};
   LeastSquaresFit fit = fit_chambers(problem);
   std::string walls;
   if (fit.rms > 1.5 * noise_pa) {
-    Problem with_walls = problem;
+    ChamberProblem with_walls = problem;
     with_walls.law.walls = true;
     const LeastSquaresFit other = fit_chambers(with_walls);
     if (other.rms < fit.rms / 1.5) {

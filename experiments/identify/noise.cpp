@@ -12,7 +12,7 @@
 namespace solenoid {
 namespace {
 
-constexpr double memory_s = 0.06;  // of filtered noise, and more
+constexpr double noise_memory_s = 0.06;  // of filtered noise, and more
 
 /// Smallest difference between values that occur; 0 if they are all the same.
 double converter_step(std::vector<double> values) {
@@ -50,8 +50,8 @@ Findings estimate_noise(const Record& r) {
                                  v.begin() + static_cast<std::ptrdiff_t>(span.last));
     };
     found.estimates = {deviation(part(r.position_m), "position_noise_m", "m", r.period_s, 0.005),
-                       deviation(part(r.pressure_a_pa), "pressure_a_noise_pa", "Pa", r.period_s, memory_s),
-                       deviation(part(r.pressure_b_pa), "pressure_b_noise_pa", "Pa", r.period_s, memory_s)};
+                       deviation(part(r.pressure_a_pa), "pressure_a_noise_pa", "Pa", r.period_s, noise_memory_s),
+                       deviation(part(r.pressure_b_pa), "pressure_b_noise_pa", "Pa", r.period_s, noise_memory_s)};
     ResidualPlot plot{"noise", "pressure of chamber A at rest", "time [s]", "pressure [kPa]", {}, true};
     const std::vector<double> a = part(r.pressure_a_pa);
     const double mean = mean_of(a);

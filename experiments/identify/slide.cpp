@@ -14,12 +14,12 @@
 namespace solenoid {
 namespace {
 
-constexpr double width_s = 0.025;       // of the Gaussian
-constexpr double fine_width_s = 0.008;  // of the one that sees reversals
-constexpr double sample_s = 0.01;       // between residuals
-constexpr double memory_s = 0.3;        // of residuals
-constexpr double rest_m_s = 2e-3;       // slower is at rest, or may be
-constexpr double reach_s = 0.14;        // of the Gaussian and the filter
+constexpr double width_s = 0.025;                // of the Gaussian
+constexpr double fine_width_s = 0.008;           // of the one that sees reversals
+constexpr double sample_s = 0.01;                // between residuals
+constexpr double slide_residual_memory_s = 0.3;  // of residuals
+constexpr double rest_m_s = 2e-3;                // slower is at rest, or may be
+constexpr double reach_s = 0.14;                 // of the Gaussian and the filter
 constexpr double shortest_rest_s = 0.03;
 
 /// A record's columns, sampled, and which of its samples count.
@@ -128,7 +128,7 @@ Findings estimate_once(const std::vector<const Record*>& records, const Actuator
       y[row] = r.force[i] - model.given_mass_kg * r.acceleration[i] - model.given_viscous * r.speed[i];
       for (Eigen::Index c = 0; c < width; ++c) x(row, c) = columns[static_cast<std::size_t>(c)].value(r, i);
     }
-  const LeastSquaresFit fit = solve_linear(x, y, series, static_cast<int>(memory_s / sample_s));
+  const LeastSquaresFit fit = solve_linear(x, y, series, static_cast<int>(slide_residual_memory_s / sample_s));
   Findings found;
   const std::string method = fmt::format("force balance, {} residuals of {:.2g} N", n, fit.rms);
   for (Eigen::Index c = 0; c < width; ++c) {

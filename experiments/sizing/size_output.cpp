@@ -12,7 +12,6 @@ namespace {
 
 using Column = Table::Column;
 
-constexpr double millimetre = 1e-3;
 constexpr int curve_points = 401;
 
 Table quantities(const SizingInput& input) {

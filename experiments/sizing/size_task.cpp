@@ -16,7 +16,7 @@
 namespace solenoid {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180, millimetre = 1e-3;
+constexpr double degree = std::numbers::pi / 180;
 
 void section(TableReader& table, const char* key, const std::function<void(TableReader&)>& read) {
   if (!table.has(key)) return;

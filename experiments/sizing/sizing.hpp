@@ -7,6 +7,8 @@
 
 namespace solenoid {
 
+inline constexpr double millimetre = 1e-3;
+
 /// Chapter 3 and appendix A of the thesis as functions: from a motion of the arm to cylinder, motor and gear. SI units.
 
 /// Desired motion of the arm over T_e, from rest to rest:

@@ -28,7 +28,7 @@ namespace {
 
 constexpr const char* address = "127.0.0.1";
 constexpr int threads = 4, keep_alive_s = 2;
-constexpr auto look = std::chrono::milliseconds(100);
+constexpr auto between_interrupt_checks = std::chrono::milliseconds(100);
 
 int number_of(const std::string& text, int otherwise) {
   int value = otherwise;
@@ -176,7 +176,7 @@ std::string LiveServer::url() const { return fmt::format("http://{}:{}/", addres
 
 void LiveServer::stay() const {
   std::fprintf(stderr, "solenoid: the page stays at %s until Ctrl-C\n", url().c_str());
-  while (!InterruptGuard::raised()) std::this_thread::sleep_for(look);
+  while (!InterruptGuard::raised()) std::this_thread::sleep_for(between_interrupt_checks);
 }
 
 }  // namespace solenoid

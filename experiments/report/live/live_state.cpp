@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr auto look = std::chrono::milliseconds(300);
+constexpr auto between_looks = std::chrono::milliseconds(300);
 constexpr std::size_t most_ticks = 60'000;  // ten minutes; then every second one is dropped
 
 std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
@@ -79,7 +79,7 @@ void LiveState::refresh() {
     if (std::ranges::find(results_.runs, run.id, &StoredRun::id) == results_.runs.end()) news = read_run(run) || news;
   if (news) sort_runs(results_.campaign, results_.runs);
   revision_ += news;
-  next_look_ = Clock::now() + look;
+  next_look_ = Clock::now() + between_looks;
 }
 
 std::string LiveState::report(int revision) {

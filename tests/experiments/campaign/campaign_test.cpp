@@ -15,7 +15,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr const char* sine = "[[scenario]]\nname = \"s\"\ntrajectory = { kind = \"sine\" }\n";
+constexpr const char* a_sine = "[[scenario]]\nname = \"s\"\ntrajectory = { kind = \"sine\" }\n";
 
 TEST(Campaign, RunsAreTheProductInCanonicalOrder) {
   Folder folder;
@@ -37,7 +37,7 @@ TEST(Campaign, OwnVariantsOverrideIncludedAndShippedOnes) {
   Folder folder;
   std::filesystem::create_directory(folder.file("sub"));
   folder.write("sub/base.toml", std::string("variants = [\"a\", \"thesis_pd\"]\nseeds = [7]\n") +
-                                    "[variant.a]\nvalves = \"two_way\"\n[variant.b]\nvalves = \"seven_mode\"\n" + sine);
+                                    "[variant.a]\nvalves = \"two_way\"\n[variant.b]\nvalves = \"seven_mode\"\n" + a_sine);
   const Campaign campaign = read_campaign(
       folder.write("c.toml",
                    "include = [\"sub/base.toml\"]\n[variant.a]\nvalves = \"three_mode\"\n[variant.thesis_pd]\nmotor = "
@@ -62,7 +62,7 @@ TEST(Campaign, TwoIncludedFilesMayNotDefineOneVariant) {
   Folder folder;
   folder.write("one.toml", "[variant.a]\n");
   folder.write("two.toml", "[variant.a]\n");
-  folder.write("c.toml", std::string("include = [\"one.toml\", \"two.toml\"]\nvariants = [\"a\"]\n") + sine);
+  folder.write("c.toml", std::string("include = [\"one.toml\", \"two.toml\"]\nvariants = [\"a\"]\n") + a_sine);
   try {
     read_campaign(folder.file("c.toml"));
     FAIL();
