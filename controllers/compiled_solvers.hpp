@@ -10,8 +10,8 @@
 
 namespace solenoid {
 
-/// Solvers for the two models that controllers believe, each compiled once: whoever includes a solver's own header
-/// compiles it again.
+/// Solvers for the two models that controllers believe, each compiled once: whoever makes one from its class compiles
+/// it again.
 template <HybridModel Model>
 std::unique_ptr<Solver<Model>> make_rounding(const ProjectedGradientSettings& relaxation,
                                              const RelaxAndRoundSettings& settings);

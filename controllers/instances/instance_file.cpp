@@ -193,7 +193,8 @@ void relaxation(File& file, const Shape& shape, Record& r) {
   if constexpr (File::reading) r.warm_weights.resize(shape.blocks * width);
   const auto row = [&](std::size_t b) { return std::span(r.warm_weights).subspan(b * width, width); };
   for (std::size_t b = 0, run = 0; b < shape.blocks; b += run) {
-    for (run = 1; b + run < shape.blocks && std::ranges::equal(row(b), row(b + run));) ++run;
+    if constexpr (!File::reading)
+      for (run = 1; b + run < shape.blocks && std::ranges::equal(row(b), row(b + run));) ++run;
     file.count(run, shape.blocks - b);
     file.require(run > 0, "an empty run of weights (allowed: at least one block)");
     for (auto& weight : row(b)) file.number(weight);
