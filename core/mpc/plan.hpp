@@ -98,5 +98,7 @@ struct SolveReport {
   /// (cost - bound) / cost, 0 when proven.
   double gap() const { return cost > bound ? (cost - bound) / cost : 0.0; }
 };
+/// What programs written for version 0.1 call a SolveReport.
+using Report = SolveReport;
 
 }  // namespace solenoid
