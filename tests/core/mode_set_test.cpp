@@ -131,6 +131,29 @@ TEST(ModeSet, RefusesWhatIsWrongByName) {
   EXPECT_NO_THROW(timing({"s", 0.062, 0.062, 0.062})());
 }
 
+TEST(ModeSet, LeastDwellsRoundUpToTheStepAndDelaysToTheNearest) {
+  constexpr double dt = 0.1;
+  const auto of = [](double time_s) {
+    return ModeSet("m", {{"s", time_s, time_s, time_s}}, {{"a", 0}}, {0.0}, {{1.0}});
+  };
+  struct Case {
+    double time_s;
+    int delay, dwell;
+  };
+  // 3 * 0.1 is above 0.3: a multiple of the step but for rounding is that multiple.
+  for (const Case& c : {Case{0.24, 2, 3}, {0.26, 3, 3}, {0.201, 2, 3}, {0.2, 2, 2}, {3 * 0.1, 3, 3}, {0.0, 0, 0}}) {
+    const SwitchTiming timing(of(c.time_s), dt);
+    EXPECT_EQ(timing.rise[0], c.delay) << c.time_s;
+    EXPECT_EQ(timing.fall[0], c.delay) << c.time_s;
+    EXPECT_EQ(timing.dwell[0], c.dwell) << c.time_s;
+  }
+  EXPECT_THAT(rounded_times(of(0.24), dt),
+              testing::ElementsAre("switch 's': rise_delay of 240 ms is 2 steps of 100 ms",
+                                   "switch 's': fall_delay of 240 ms is 2 steps of 100 ms",
+                                   "switch 's': min_dwell of 240 ms is 3 steps of 100 ms"));
+  EXPECT_THAT(rounded_times(of(0.2), dt), testing::IsEmpty());
+}
+
 TEST(ModeSet, ScalesDelaysAndKeepsTheRest) {
   const ModeSet slow = valve_modes("two_way", {}).with_delays_scaled(1.5);
   const SwitchTiming timing(slow, 1e-3);
