@@ -1,10 +1,10 @@
 #include "controllers/catalogue.hpp"
 
 #include "controllers/baselines/extended_cost.hpp"
+#include "controllers/compiled_solvers.hpp"
 #include "controllers/estimators/kalman.hpp"
 #include "controllers/estimators/moving_horizon.hpp"
 #include "controllers/estimators/thesis_estimator.hpp"
-#include "controllers/compiled_solvers.hpp"
 #include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
 #include "solvers/minlp/bonmin.hpp"

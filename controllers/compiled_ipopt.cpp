@@ -1,6 +1,5 @@
-#include "solvers/nlp/relaxed_ipopt.hpp"
-
 #include "controllers/compiled_solvers.hpp"
+#include "solvers/nlp/relaxed_ipopt.hpp"
 
 namespace solenoid {
 

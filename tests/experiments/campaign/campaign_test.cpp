@@ -37,7 +37,8 @@ TEST(Campaign, OwnVariantsOverrideIncludedAndShippedOnes) {
   Folder folder;
   std::filesystem::create_directory(folder.file("sub"));
   folder.write("sub/base.toml", std::string("variants = [\"a\", \"thesis_pd\"]\nseeds = [7]\n") +
-                                    "[variant.a]\nvalves = \"two_way\"\n[variant.b]\nvalves = \"seven_mode\"\n" + a_sine);
+                                    "[variant.a]\nvalves = \"two_way\"\n[variant.b]\nvalves = \"seven_mode\"\n" +
+                                    a_sine);
   const Campaign campaign = read_campaign(
       folder.write("c.toml",
                    "include = [\"sub/base.toml\"]\n[variant.a]\nvalves = \"three_mode\"\n[variant.thesis_pd]\nmotor = "

@@ -148,7 +148,8 @@ TEST(Tune, FreesTheLengthsOfBlocks) {
   EXPECT_EQ(result.steps[0].values, (std::vector<double>{4, 16}));
   const Campaign tuned = read_campaign(folder.file("out/tuned.toml"));
   const std::vector<double>& chosen = result.steps[result.chosen].values;
-  EXPECT_EQ(tuned.variants[1].horizon.blocks, (std::vector<int>{static_cast<int>(chosen[0]), static_cast<int>(chosen[1])}));
+  EXPECT_EQ(tuned.variants[1].horizon.blocks,
+            (std::vector<int>{static_cast<int>(chosen[0]), static_cast<int>(chosen[1])}));
   EXPECT_EQ(tuned.variants[1].horizon.steps, static_cast<int>(5 * (chosen[0] + chosen[1])));
 }
 
