@@ -31,4 +31,9 @@ class Deadline {
   Clock::time_point moment_;
 };
 
+/// Returns the time since a moment on the same clock [us].
+inline double us_since(Deadline::Clock::time_point moment) noexcept {
+  return std::chrono::duration<double, std::micro>(Deadline::Clock::now() - moment).count();
+}
+
 }  // namespace solenoid

@@ -13,7 +13,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// One reported number: the one list that JSON, CSV and reading back share.
-struct Column {
+struct RunColumn {
   const char* name;
   double Metrics::*number = nullptr;
   int Metrics::*count = nullptr;
@@ -28,10 +28,10 @@ struct Column {
   }
 };
 
-const std::vector<Column>& columns() {
+const std::vector<RunColumn>& columns() {
   using M = Metrics;
   using P = Percentiles;
-  static const std::vector<Column> all = {
+  static const std::vector<RunColumn> all = {
       {"rmse_mm", &M::rmse_mm},
       {"mae_mm", &M::mae_mm},
       {"rmse_measured_mm", &M::rmse_measured_mm},
@@ -87,7 +87,7 @@ std::string csv_text(const std::string& text) {
 RunRecord record_of(const Campaign& campaign, const CampaignRun& run, const Metrics& metrics) {
   RunRecord record = described(campaign, run);
   bool finite = metrics.finite;
-  for (const Column& column : columns()) finite = finite && std::isfinite(column.value(metrics));
+  for (const RunColumn& column : columns()) finite = finite && std::isfinite(column.value(metrics));
   record.status = finite ? "ok" : "unstable";
   if (finite) record.metrics = metrics;
   return record;
@@ -107,7 +107,7 @@ Json to_json(const RunRecord& record) {
                {"seed", record.seed}};
   if (record.metrics) {
     const Metrics& m = *record.metrics;
-    for (const Column& column : columns()) {
+    for (const RunColumn& column : columns()) {
       if (column.number) json[column.name] = m.*column.number;
       if (column.count) json[column.name] = m.*column.count;
       if (column.solve_us) json["solve_us"][column.inner] = m.solve_us.*column.solve_us;
@@ -127,7 +127,7 @@ RunRecord record_from_json(const Json& json) {
   json.at("status").get_to(record.status);
   if (!record.ok()) return record;
   Metrics m;
-  for (const Column& column : columns()) {
+  for (const RunColumn& column : columns()) {
     if (column.later && !json.contains(column.name)) continue;
     if (column.number) json.at(column.name).get_to(m.*column.number);
     if (column.count) json.at(column.name).get_to(m.*column.count);
@@ -139,12 +139,12 @@ RunRecord record_from_json(const Json& json) {
 
 std::string to_csv(std::span<const RunRecord> records) {
   std::string text = "variant,scenario,trajectory,payload_kg,seed";
-  for (const Column& column : columns()) text += fmt::format(",{}", column.name);
+  for (const RunColumn& column : columns()) text += fmt::format(",{}", column.name);
   text += ",status\n";
   for (const RunRecord& r : records) {
     text +=
         fmt::format("{},{},{},{},{}", csv_text(r.variant), csv_text(r.scenario), r.trajectory, r.payload_kg, r.seed);
-    for (const Column& column : columns())
+    for (const RunColumn& column : columns())
       text += r.metrics ? fmt::format(",{}", column.value(*r.metrics)) : std::string(",");
     text += fmt::format(",{}\n", csv_text(r.status));
   }

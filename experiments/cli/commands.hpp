@@ -14,6 +14,9 @@ enum ExitCode : int {
   interrupted = 130,  ///< Ctrl-C; what was finished is kept
 };
 
+/// The program: reads the command line, runs one command, says on standard error what was wrong. Returns the exit code.
+int run_program(int argc, char** argv);
+
 /// Each adds one subcommand to the program; its callback leaves the exit code.
 void add_compare(CLI::App& app, int& exit_code);
 void add_list(CLI::App& app, int& exit_code);

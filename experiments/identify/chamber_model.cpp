@@ -13,7 +13,7 @@
 namespace solenoid {
 namespace {
 
-constexpr int substeps = 4;
+constexpr int substeps_per_sample = 4;
 
 /// Mean opening of one coil over each substep: edges delayed each on its own; the last command wins.
 std::vector<double> coil_openings(const Record& record, SwitchPattern coil, double rise_s, double fall_s) {
@@ -22,18 +22,18 @@ std::vector<double> coil_openings(const Record& record, SwitchPattern coil, doub
     bool on;
   };
   std::vector<Edge> edges;
-  const double per_s = substeps / record.period_s;
+  const double per_s = substeps_per_sample / record.period_s;
   bool commanded = (record.coils[0] & coil) != 0;
   edges.push_back({0.0, commanded});
   for (std::size_t k = 1; k < record.size(); ++k) {
     const bool on = (record.coils[k] & coil) != 0;
     if (on == commanded) continue;
     commanded = on;
-    const double at = static_cast<double>(k * substeps) + per_s * (on ? rise_s : fall_s);
+    const double at = static_cast<double>(k * substeps_per_sample) + per_s * (on ? rise_s : fall_s);
     while (edges.size() > 1 && edges.back().at >= at) edges.pop_back();
     edges.push_back({at, on});
   }
-  std::vector<double> mean(record.size() * substeps);
+  std::vector<double> mean(record.size() * substeps_per_sample);
   std::size_t e = 0;
   for (std::size_t i = 0; i < mean.size(); ++i) {
     const double from = static_cast<double>(i), to = from + 1;
@@ -49,18 +49,18 @@ std::vector<double> coil_openings(const Record& record, SwitchPattern coil, doub
   return mean;
 }
 
-/// Openings of a chamber's two ways over each substep.
-struct Openings {
+/// OpeningsOverTime of a chamber's two ways over each substep.
+struct OpeningsOverTime {
   std::vector<double> fill, exhaust;
 };
 
-Openings chamber_openings(const Record& record, Chamber chamber, const ChamberParameters& p,
+OpeningsOverTime chamber_openings(const Record& record, Chamber chamber, const ChamberParameters& p,
                           const ActuatorParameters& given) {
   const ModeSet modes = valve_modes(record.valves, given);
   const std::size_t first = chamber == Chamber::a ? fill_a : fill_b;
-  const std::size_t n = record.size() * substeps;
+  const std::size_t n = record.size() * substeps_per_sample;
   const double fill0 = modes.point(0)[first], exhaust0 = modes.point(0)[first + 1];
-  Openings open{std::vector<double>(n, fill0), std::vector<double>(n, exhaust0)};
+  OpeningsOverTime open{std::vector<double>(n, fill0), std::vector<double>(n, exhaust0)};
   for (int c = 0; c < modes.switch_count(); ++c) {
     const SwitchPattern coil = SwitchPattern{1} << c;
     const double fill = modes.point(coil)[first] - fill0, exhaust = modes.point(coil)[first + 1] - exhaust0;
@@ -160,11 +160,11 @@ const std::vector<double>& measured(const Record& r, Chamber chamber) {
 std::vector<double> predicted_pressure(const Record& record, const std::vector<double>& quiet_position_m,
                                        Chamber chamber, const ChamberParameters& p, const ActuatorParameters& given) {
   const bool is_a = chamber == Chamber::a;
-  const Openings open = chamber_openings(record, chamber, p, given);
+  const OpeningsOverTime open = chamber_openings(record, chamber, p, given);
   const double area = is_a ? given.piston_area_a() : given.piston_area_b();
   const ChamberAir air(with(given, p), area);
   const auto length = [&](double y) { return is_a ? given.dead_length_a_m + y : given.dead_length_b_m - y; };
-  const double dt = record.period_s / substeps, k = given.heat_capacity_ratio;
+  const double dt = record.period_s / substeps_per_sample, k = given.heat_capacity_ratio;
   const double shortest = given.end_clearance_m;
   const std::vector<double>& y = quiet_position_m;
   Bessel8 bessel(bessel_cutoff_hz(p.filter_delay_s), 1 / dt);
@@ -177,10 +177,10 @@ std::vector<double> predicted_pressure(const Record& record, const std::vector<d
     out[t] = filtered;
     if (t + 1 == record.size()) break;
     const double from = length(y[t]), to = length(y[t + 1]);
-    for (int i = 0; i < substeps; ++i) {
-      const double now = std::max(shortest, from + (to - from) * (i + 1) / substeps);
+    for (int i = 0; i < substeps_per_sample; ++i) {
+      const double now = std::max(shortest, from + (to - from) * (i + 1) / substeps_per_sample);
       pressure *= power_near_one(before / now, k);
-      const std::size_t s = t * substeps + static_cast<std::size_t>(i);
+      const std::size_t s = t * substeps_per_sample + static_cast<std::size_t>(i);
       ChamberAir::Step step = air.step(now);
       if (p.heat_transfer) {
         const double kelvin = pressure * area * now / (mass * given.gas_constant);

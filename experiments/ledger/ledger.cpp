@@ -18,10 +18,6 @@ constexpr double most_sequences = 1e6;
 /// Costs of one plan by different code may differ by rounding: this much, relative, is no violation.
 constexpr double rounding_allowance = 1e-12;
 
-double us_since(Deadline::Clock::time_point start) {
-  return std::chrono::duration<double, std::micro>(Deadline::Clock::now() - start).count();
-}
-
 template <HybridModel Model>
 class Keeper {
  public:

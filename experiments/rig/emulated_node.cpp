@@ -10,7 +10,6 @@ namespace {
 
 constexpr std::size_t most_events = 1000;
 
-std::int32_t microvolts(double volts) { return static_cast<std::int32_t>(std::lround(1e6 * volts)); }
 
 }  // namespace
 
@@ -105,9 +104,9 @@ NodePacket EmulatedNode::sample(const NodePacket& asked, double now_s) {
   answer.sequence = ++answers_;
   answer.time_us = static_cast<std::uint64_t>(1e6 * session_time_s(now_s_));
   answer.words = {static_cast<std::int32_t>(asked.sequence),
-                  microvolts(calibration_.position.volts(sensors_.position_m)),
-                  microvolts(calibration_.pressure_a.volts(sensors_.pressure_a_pa)),
-                  microvolts(calibration_.pressure_b.volts(sensors_.pressure_b_pa)),
+                  to_microvolts(calibration_.position.volts(sensors_.position_m)),
+                  to_microvolts(calibration_.pressure_a.volts(sensors_.pressure_a_pa)),
+                  to_microvolts(calibration_.pressure_b.volts(sensors_.pressure_b_pa)),
                   session_timeouts_,
                   session_refused_};
   return answer;

@@ -2,6 +2,7 @@
 
 #include "experiments/base/bytes.hpp"
 
+#include <cmath>
 #include <cstring>
 
 namespace solenoid {
@@ -16,6 +17,8 @@ void put(char* out, T value) noexcept {
 constexpr std::size_t payload_at = 24, crc_at = 48;
 
 }  // namespace
+
+std::int32_t to_microvolts(double volts) noexcept { return static_cast<std::int32_t>(std::lround(1e6 * volts)); }
 
 std::array<char, NodePacket::size> NodePacket::encode() const noexcept {
   std::array<char, size> bytes{};

@@ -35,6 +35,10 @@ struct NodePacket {
   static std::optional<NodePacket> decode(std::string_view bytes) noexcept;
 };
 
+/// Voltages travel in whole microvolts.
+std::int32_t to_microvolts(double volts) noexcept;
+constexpr double from_microvolts(std::int32_t word) { return 1e-6 * word; }
+
 /// Whether `next` comes after `last`, counting modulo 2^32.
 constexpr bool newer(std::uint32_t next, std::uint32_t last) { return static_cast<std::int32_t>(next - last) > 0; }
 

@@ -93,7 +93,7 @@ ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, LoggedPlans
     repeat_requests(logged, &logged != &run.ticks.back() ? &logged + 1 : nullptr, ladder);
     const auto begin = Clock::now();
     const Decision d = ladder.step(logged.sensors);
-    step_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
+    step_us.push_back(us_since(begin));
     ladder.applied(logged.applied);
     compare(logged, d, squares, result);
     if (d.solved) solve_us.push_back(d.report.time_us);

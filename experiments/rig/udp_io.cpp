@@ -14,14 +14,6 @@
 #include <unistd.h>
 
 namespace solenoid {
-namespace {
-
-constexpr double per_microvolt = 1e-6;
-
-std::int32_t microvolts(double volts) { return static_cast<std::int32_t>(std::lround(volts / per_microvolt)); }
-
-}  // namespace
-
 UdpSettings parse_node_address(const std::string& text) {
   UdpSettings settings;
   const std::size_t colon = text.rfind(':');
@@ -88,9 +80,9 @@ bool UdpIo::receive(std::uint32_t sequence) noexcept {
     const auto echo = static_cast<std::uint32_t>(packet->words[0]);
     if (!newer(echo, newest_echo_)) continue;  // a repetition, or overtaken
     newest_echo_ = echo;
-    inputs_.position_v = per_microvolt * packet->words[1];
-    inputs_.pressure_a_v = per_microvolt * packet->words[2];
-    inputs_.pressure_b_v = per_microvolt * packet->words[3];
+    inputs_.position_v = from_microvolts(packet->words[1]);
+    inputs_.pressure_a_v = from_microvolts(packet->words[2]);
+    inputs_.pressure_b_v = from_microvolts(packet->words[3]);
     if (packet->words[4] != timeouts_seen_) {
       inputs_.node_was_safe = inputs_.node_was_safe || packet->words[4] > timeouts_seen_;
       timeouts_seen_ = packet->words[4];
@@ -124,7 +116,7 @@ RigInputs UdpIo::read() noexcept {
 }
 
 void UdpIo::write(const RigOutputs& outputs) noexcept {
-  if (!send(NodePacket::Type::command, {static_cast<std::int32_t>(outputs.coils), microvolts(outputs.motor_v)}))
+  if (!send(NodePacket::Type::command, {static_cast<std::int32_t>(outputs.coils), to_microvolts(outputs.motor_v)}))
     ++health_.write_errors;
 }
 

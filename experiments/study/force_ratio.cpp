@@ -117,9 +117,9 @@ std::optional<RatioMeasured> judge(const Campaign& campaign, const std::string& 
   return measured_from(runs);
 }
 
-class Study {
+class RatioSweep {
  public:
-  Study(const RatioSettings& settings, const std::function<void(const std::string&)>& progress)
+  RatioSweep(const RatioSettings& settings, const std::function<void(const std::string&)>& progress)
       : settings_(settings), progress_(progress) {}
 
   RatioStudy run() {
@@ -214,7 +214,7 @@ class Study {
 }  // namespace
 
 RatioStudy study_force_ratio(const RatioSettings& settings, const std::function<void(const std::string&)>& progress) {
-  return Study(settings, progress).run();
+  return RatioSweep(settings, progress).run();
 }
 
 }  // namespace solenoid

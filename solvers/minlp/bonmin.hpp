@@ -74,7 +74,7 @@ class BonminSolver final : public Solver<M> {
       report.status = Status::numerical_failure;
     }
     report.bound = 0.0;
-    report.time_us = std::chrono::duration<double, std::micro>(Deadline::Clock::now() - start).count();
+    report.time_us = us_since(start);
     return report;
   }
 

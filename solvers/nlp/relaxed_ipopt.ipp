@@ -37,7 +37,7 @@ SolveReport RelaxedIpopt<M, P, A>::solve(const Problem<M>& problem, RelaxedPlan<
     if (result.status == Status::deadline_reached) break;
   }
   report.cost = relaxed_cost(problem, t_.grid, plan);
-  report.time_us = std::chrono::duration<double, std::micro>(Deadline::Clock::now() - start).count();
+  report.time_us = us_since(start);
   return report;
 }
 

@@ -4,6 +4,8 @@
 #include <bit>
 #include <set>
 
+#include <Eigen/Dense>
+
 namespace solenoid {
 namespace {
 
@@ -79,6 +81,20 @@ void ModeHull::mode_weights(const double* v, std::span<double> weights) const no
       weights[m] *= corner == 0 ? rest : shrink * std::clamp(own[corner - 1], 0.0, 1.0);
     }
   }
+}
+
+Eigen::MatrixXd ModeHull::independent_rows() const {
+  Eigen::MatrixXd rows = sums;
+  for (Eigen::Index c = 0; c < gain.rows(); ++c) {
+    Eigen::MatrixXd more(rows.rows() + 1, gain.cols());
+    more << rows, gain.row(c);
+    if (more.fullPivLu().rank() == more.rows()) rows = more;
+  }
+  return rows;
+}
+
+Eigen::MatrixXd ModeHull::recall(const Eigen::MatrixXd& rows) const {
+  return gain * rows.completeOrthogonalDecomposition().pseudoInverse();
 }
 
 }  // namespace solenoid

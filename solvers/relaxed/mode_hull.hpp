@@ -27,6 +27,11 @@ class ModeHull {
   void marginals(std::span<const double> mode_weights, double* v) const noexcept;
   /// A row of mode weights of v; nonnegative with sum 1 for every v, those outside the hull moved into it.
   void mode_weights(const double* v, std::span<double> weights) const noexcept;
+  /// Rows R of v that tell all that `offset + gain v` can: `sums`, then as many switches' rows of `gain` as are
+  /// independent of them and of each other.
+  Eigen::MatrixXd independent_rows() const;
+  /// The matrix that gives the switch states back from what is remembered of v: gain v = recall(R) R v.
+  Eigen::MatrixXd recall(const Eigen::MatrixXd& rows) const;
 
   Eigen::VectorXd offset;
   Eigen::MatrixXd gain, sums;

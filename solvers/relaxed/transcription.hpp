@@ -6,22 +6,16 @@
 #include <array>
 #include <vector>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 namespace solenoid {
 
-/// What the intervals remember: the sums of v, then as many switch states as are independent of them and of each other.
+/// What the intervals remember of v: switch states too where delays or a switching cost need the ones before.
 template <HybridModel M>
 Eigen::MatrixXd memory_rows(const Problem<M>& problem, const ModeHull& hull) {
-  const SwitchTiming delays(problem.modes, problem.horizon.dt_s);
-  Eigen::MatrixXd rows = hull.sums;
-  if (delays.longest_delay == 0 && problem.cost.switching == 0.0) return rows;
-  for (Eigen::Index c = 0; c < hull.gain.rows(); ++c) {
-    Eigen::MatrixXd more(rows.rows() + 1, hull.gain.cols());
-    more << rows, hull.gain.row(c);
-    if (more.fullPivLu().rank() == more.rows()) rows = more;
-  }
-  return rows;
+  const bool switches =
+      SwitchTiming(problem.modes, problem.horizon.dt_s).longest_delay > 0 || problem.cost.switching != 0.0;
+  return switches ? hull.independent_rows() : hull.sums;
 }
 
 /// P and A of the transcription that a problem needs.
@@ -63,7 +57,7 @@ class Transcription {
     first_step.assign(1, 0);
     for (const int length : grid.intervals) first_step.push_back(first_step.back() + length);
     recall_.setZero(hull.offset.size(), A);
-    if (A > sums) recall_ = hull.gain * rows.completeOrthogonalDecomposition().pseudoInverse();
+    if (A > sums) recall_ = hull.recall(rows);
     scale.fill(1.0);
     if constexpr (HasStateScale<M>) scale = problem.model.state_scale();
     for (std::size_t i = 0; i < M::switched_size; ++i)

@@ -56,7 +56,7 @@ ApproximationReport IntegralApproximation::solve(const ModeWeights& weights, con
     report_.bound = std::min(report_.cost, open_bound(depth_));
   }
   if (found) std::copy_n(best_.begin(), intervals_, modes.begin());
-  report_.time_us = std::chrono::duration<double, std::micro>(Deadline::Clock::now() - start).count();
+  report_.time_us = us_since(start);
   return report_;
 }
 

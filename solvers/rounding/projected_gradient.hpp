@@ -63,7 +63,7 @@ class ProjectedGradient final : public RelaxedSolver<M> {
     std::copy(best_.weights.begin(), best_.weights.end(), plan.weights.begin());
     std::copy(best_.continuous.begin(), best_.continuous.end(), plan.continuous.begin());
     report.cost = relaxed_cost(problem, grid_, plan);
-    report.time_us = std::chrono::duration<double, std::micro>(Deadline::Clock::now() - start).count();
+    report.time_us = us_since(start);
     return report;
   }
 

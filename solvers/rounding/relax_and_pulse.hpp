@@ -60,7 +60,7 @@ class RelaxAndPulse final : public Solver<M> {
     }
     report.nodes = relaxed.nodes;
     report.anticipated = relaxed.anticipated;
-    report.time_us = std::chrono::duration<double, std::micro>(Deadline::Clock::now() - begun).count();
+    report.time_us = us_since(begun);
     return report;
   }
 

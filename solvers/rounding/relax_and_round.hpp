@@ -103,9 +103,6 @@ class RelaxAndRound final : public Solver<M> {
  private:
   static constexpr bool refines = M::continuous_size > 0;
 
-  static double us_since(Deadline::Clock::time_point start) noexcept {
-    return std::chrono::duration<double, std::micro>(Deadline::Clock::now() - start).count();
-  }
   static void copy(const Plan<M>& from, Plan<M>& to) noexcept {
     std::copy(from.modes.begin(), from.modes.end(), to.modes.begin());
     std::copy(from.continuous.begin(), from.continuous.end(), to.continuous.begin());

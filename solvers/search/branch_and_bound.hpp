@@ -65,7 +65,7 @@ class BranchAndBound final : public Solver<M> {
       if (complete) expand(problem);
     }
     conclude(problem, plan, complete);
-    report_.time_us = std::chrono::duration<double, std::micro>(Deadline::Clock::now() - start).count();
+    report_.time_us = us_since(start);
     return report_;
   }
 

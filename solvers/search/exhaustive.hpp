@@ -34,7 +34,7 @@ class Exhaustive final : public Solver<M> {
     path_[0] = Rollout<M>(problem);
     const bool complete = expand(problem, plan, 0, deadline);
     conclude(problem, plan, complete);
-    report_.time_us = std::chrono::duration<double, std::micro>(Deadline::Clock::now() - start).count();
+    report_.time_us = us_since(start);
     return report_;
   }
 

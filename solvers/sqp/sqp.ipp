@@ -64,7 +64,7 @@ SolveReport Sqp<M, P, A>::solve(const Problem<M>& problem, RelaxedPlan<M>& plan,
     nodes = Nodes::simulate, damping_ = std::max(settings_.damping, 10.0 * damping_);
   }
   report.cost = best_cost_;
-  report.time_us = std::chrono::duration<double, std::micro>(Deadline::Clock::now() - start).count();
+  report.time_us = us_since(start);
   return report;
 }
 

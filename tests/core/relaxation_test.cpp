@@ -88,7 +88,9 @@ TEST(Relaxation, StateInEffectIsMultilinearAndFollowsTheLines) {
       }
     for (int i = 0; i < 8; ++i)
       for (const double l : {0.2, 0.7}) {
-        const auto at = [&](double c) { return effective_state<double>(l, c, i, rise, fall); };
+        const auto at = [&, rise = rise, fall = fall](double c) {
+          return effective_state<double>(l, c, i, rise, fall);
+        };
         EXPECT_NEAR(at(0.3), 0.7 * at(0.0) + 0.3 * at(1.0), 1e-15);
         EXPECT_GE(at(0.3), 0.0);
         EXPECT_LE(at(0.3), 1.0);

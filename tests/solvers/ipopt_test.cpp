@@ -13,17 +13,17 @@ namespace {
 using test::TrackingSlide;
 using SlideIpopt = RelaxedIpopt<TrackingSlide, 2, 0>;
 
-struct Outcome {
+struct IpoptOutcome {
   SolveReport report;
   RelaxedPlan<TrackingSlide> plan;
 };
 
-Outcome run(const Problem<TrackingSlide>& problem, const nlp::IpoptSettings& settings = {},
-            Deadline deadline = Deadline::never(), int starts = 1) {
+IpoptOutcome solved_by_ipopt(const Problem<TrackingSlide>& problem, const nlp::IpoptSettings& settings = {},
+                             Deadline deadline = Deadline::never(), int starts = 1) {
   const RelaxedGrid grid = control_grid(problem.horizon, 1);
   SlideIpopt solver(settings, starts);
   solver.prepare(problem, grid);
-  Outcome outcome{{}, RelaxedPlan<TrackingSlide>(problem, grid)};
+  IpoptOutcome outcome{{}, RelaxedPlan<TrackingSlide>(problem, grid)};
   outcome.report = solver.solve(problem, outcome.plan, deadline);
   return outcome;
 }
@@ -54,8 +54,9 @@ TEST(Ipopt, RecordedProgramsReachTheBestKnownCost) {
   int reached = 0, usable_count = 0;
   for (const auto& one : test::recorded_nlps()) {
     // Where one start ends in a local minimum, others may not.
-    Outcome outcome = run(one.problem);
-    if (outcome.report.cost > one.best_known_cost * 1.001) outcome = run(one.problem, {}, Deadline::never(), 5);
+    IpoptOutcome outcome = solved_by_ipopt(one.problem);
+    if (outcome.report.cost > one.best_known_cost * 1.001)
+      outcome = solved_by_ipopt(one.problem, {}, Deadline::never(), 5);
     usable_count += usable(outcome.report.status);
     reached += outcome.report.cost <= one.best_known_cost * 1.001;
     if (outcome.report.cost > one.best_known_cost * 1.001 || !usable(outcome.report.status))
@@ -97,21 +98,21 @@ TEST(IpoptStatus, Infeasible) {
 
 TEST(IpoptStatus, IterationLimitDeadlineAndNumericalFailure) {
   const auto recorded = test::recorded_nlps();
-  EXPECT_EQ(run(recorded[3].problem, {.max_iterations = 1}).report.status, Status::iteration_limit);
-  EXPECT_EQ(run(recorded[3].problem, {}, Deadline::after(std::chrono::nanoseconds(0))).report.status,
+  EXPECT_EQ(solved_by_ipopt(recorded[3].problem, {.max_iterations = 1}).report.status, Status::iteration_limit);
+  EXPECT_EQ(solved_by_ipopt(recorded[3].problem, {}, Deadline::after(std::chrono::nanoseconds(0))).report.status,
             Status::deadline_reached);
   auto problem = recorded[3].problem;
   problem.initial[2] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(run(problem).report.status, Status::numerical_failure);
+  EXPECT_EQ(solved_by_ipopt(problem).report.status, Status::numerical_failure);
 }
 
 TEST(Ipopt, TwoThreadsTakeTurns) {
   const auto recorded = test::recorded_nlps();
-  const double alone = run(recorded[7].problem).report.cost;
+  const double alone = solved_by_ipopt(recorded[7].problem).report.cost;
   std::vector<double> costs(2);
   {
-    std::jthread one([&] { costs[0] = run(recorded[7].problem).report.cost; });
-    std::jthread two([&] { costs[1] = run(recorded[7].problem).report.cost; });
+    std::jthread one([&] { costs[0] = solved_by_ipopt(recorded[7].problem).report.cost; });
+    std::jthread two([&] { costs[1] = solved_by_ipopt(recorded[7].problem).report.cost; });
   }
   EXPECT_EQ(costs[0], alone);
   EXPECT_EQ(costs[1], alone);

@@ -4,6 +4,7 @@
 #include "solvers/minlp/bonmin.hpp"
 #include "solvers/search/exhaustive.hpp"
 #include "tests/support/lotka_volterra.hpp"
+#include "tests/support/uniform.hpp"
 
 #include <random>
 
@@ -13,10 +14,6 @@ namespace solenoid {
 namespace {
 
 using Fishing = LotkaVolterraFishing;
-
-double uniform(std::mt19937_64& random, double low, double high) {
-  return std::uniform_real_distribution(low, high)(random);
-}
 
 template <HybridModel M>
 void expect_gradient(const Problem<M>& problem, std::mt19937_64& random, double step_u, double tolerance) {

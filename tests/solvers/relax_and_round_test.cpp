@@ -5,6 +5,7 @@
 #include "solvers/search/exhaustive.hpp"
 #include "tests/support/given_weights.hpp"
 #include "tests/support/lotka_volterra.hpp"
+#include "tests/support/uniform.hpp"
 
 #include <random>
 
@@ -15,10 +16,6 @@ namespace {
 
 using Fishing = LotkaVolterraFishing;
 using test::DrawnWeights;
-
-double uniform(std::mt19937_64& random, double low, double high) {
-  return std::uniform_real_distribution(low, high)(random);
-}
 
 Problem<Fishing> drawn_fishing(std::mt19937_64& random, double dwell_s = 0.0) {
   std::vector<int> blocks;

@@ -14,17 +14,17 @@ using test::TrackingSlide;
 using SlideSqp = Sqp<TrackingSlide, 2, 0>;
 using SlidePlan = RelaxedPlan<TrackingSlide>;
 
-struct Outcome {
+struct SqpOutcome {
   SolveReport report;
   SlidePlan plan;
 };
 
-Outcome run(const Problem<TrackingSlide>& problem, const SqpSettings& settings = {},
-            Deadline deadline = Deadline::never()) {
+SqpOutcome solved_by_sqp(const Problem<TrackingSlide>& problem, const SqpSettings& settings = {},
+                         Deadline deadline = Deadline::never()) {
   const RelaxedGrid grid = control_grid(problem.horizon, 1);
   SlideSqp sqp(settings);
   sqp.prepare(problem, grid);
-  Outcome outcome{{}, SlidePlan(problem, grid)};
+  SqpOutcome outcome{{}, SlidePlan(problem, grid)};
   outcome.report = sqp.solve(problem, outcome.plan, deadline);
   return outcome;
 }
@@ -39,7 +39,7 @@ TEST(Sqp, RecordedProgramsReachTheBestKnownCost) {
   for (const auto& one : recorded()) {
     const RelaxedGrid grid = control_grid(one.problem.horizon, 1);
     SlidePlan middle(one.problem, grid);
-    Outcome outcome = run(one.problem);
+    SqpOutcome outcome = solved_by_sqp(one.problem);
     EXPECT_TRUE(usable(outcome.report.status));
     EXPECT_LE(outcome.report.cost, relaxed_cost(one.problem, grid, middle));
     EXPECT_EQ(outcome.report.cost, relaxed_cost(one.problem, grid, outcome.plan));
@@ -51,7 +51,7 @@ TEST(Sqp, RecordedProgramsReachTheBestKnownCost) {
 
 TEST(Sqp, PlansLieInTheHull) {
   for (std::size_t i = 0; i < recorded().size(); i += 9) {
-    const Outcome outcome = run(recorded()[i].problem);
+    const SqpOutcome outcome = solved_by_sqp(recorded()[i].problem);
     for (std::size_t k = 0; k < outcome.plan.intervals(); ++k) {
       double sum = 0.0;
       for (const double w : outcome.plan.row(k)) {
@@ -68,7 +68,7 @@ TEST(Sqp, RealTimeIterationsConvergeToTheSameCost) {
   for (const std::size_t i : {1u, 17u, 42u}) {
     const auto& problem = recorded()[i].problem;
     const RelaxedGrid grid = control_grid(problem.horizon, 1);
-    const Outcome whole = run(problem);
+    const SqpOutcome whole = solved_by_sqp(problem);
     SlideSqp sqp({.max_iterations = 1});
     sqp.prepare(problem, grid);
     SlidePlan plan(problem, grid);
@@ -90,7 +90,7 @@ TEST(Sqp, RealTimeIterationsConvergeToTheSameCost) {
 TEST(Sqp, WhatWasAnticipatedOtherwiseIsNotUsed) {
   const auto& problem = recorded()[17].problem;
   const RelaxedGrid grid = control_grid(problem.horizon, 1);
-  const Outcome alone = run(problem);
+  const SqpOutcome alone = solved_by_sqp(problem);
   const auto after = [&](const Problem<TrackingSlide>& expected, bool used) {
     SlideSqp sqp;
     sqp.prepare(problem, grid);
@@ -146,12 +146,12 @@ TEST(Sqp, NoSwitchingCostMeansLessCostThanWithIt) {
   EXPECT_LT(dear, 0.9 * free);
 }
 
-TEST(SqpStatus, Optimal) { EXPECT_EQ(run(recorded()[0].problem).report.status, Status::optimal); }
+TEST(SqpStatus, Optimal) { EXPECT_EQ(solved_by_sqp(recorded()[0].problem).report.status, Status::optimal); }
 
 TEST(SqpStatus, FeasibleWhereEveryStepIsRefused) {
   int feasible = 0;
   for (const auto& one : recorded()) {  // a tolerance that only a refused step can end
-    const Outcome outcome = run(one.problem, {.tolerance = 0.0, .defect = 0.0, .refusals = 0});
+    const SqpOutcome outcome = solved_by_sqp(one.problem, {.tolerance = 0.0, .defect = 0.0, .refusals = 0});
     feasible += outcome.report.status == Status::feasible;
     SlidePlan middle(one.problem, control_grid(one.problem.horizon, 1));
     EXPECT_LT(outcome.report.cost, relaxed_cost(one.problem, control_grid(one.problem.horizon, 1), middle));
@@ -160,13 +160,13 @@ TEST(SqpStatus, FeasibleWhereEveryStepIsRefused) {
 }
 
 TEST(SqpStatus, IterationLimit) {
-  const Outcome outcome = run(recorded()[5].problem, {.max_iterations = 1});
+  const SqpOutcome outcome = solved_by_sqp(recorded()[5].problem, {.max_iterations = 1});
   EXPECT_EQ(outcome.report.status, Status::iteration_limit);
   EXPECT_TRUE(std::isfinite(outcome.report.cost));
 }
 
 TEST(SqpStatus, DeadlineReached) {
-  const Outcome outcome = run(recorded()[5].problem, {}, Deadline::after(std::chrono::nanoseconds(0)));
+  const SqpOutcome outcome = solved_by_sqp(recorded()[5].problem, {}, Deadline::after(std::chrono::nanoseconds(0)));
   EXPECT_EQ(outcome.report.status, Status::deadline_reached);
   EXPECT_TRUE(std::isfinite(outcome.report.cost));
 }
@@ -174,13 +174,13 @@ TEST(SqpStatus, DeadlineReached) {
 TEST(SqpStatus, InfeasibleStateBounds) {
   Problem<TrackingSlide> problem = recorded()[5].problem;
   problem.bounds.state_lower[0] = 0.2;  // beyond any slide's reach in a tenth of a second
-  EXPECT_EQ(run(problem).report.status, Status::infeasible);
+  EXPECT_EQ(solved_by_sqp(problem).report.status, Status::infeasible);
 }
 
 TEST(SqpStatus, NumericalFailure) {
   Problem<TrackingSlide> problem = recorded()[5].problem;
   problem.initial[1] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(run(problem).report.status, Status::numerical_failure);
+  EXPECT_EQ(solved_by_sqp(problem).report.status, Status::numerical_failure);
 }
 
 }  // namespace

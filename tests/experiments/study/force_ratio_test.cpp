@@ -21,13 +21,13 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 const SizingTask& task() { return thesis_sizing().task; }
-const RatioAssumptions& shipped() { return shipped_ratio_assumptions(); }
+const RatioAssumptions& assumed() { return shipped_ratio_assumptions(); }
 
 TEST(RatioDesign, CapabilityIsTheSameAtEveryRatioAndTheThesissShareIsItsRig) {
   const double capability = 1.34 * size_actuator(task()).cylinder_n;
   double bore = 1.0, torque = 0.0;
   for (const double share : {0.0, 0.01, 0.104, 0.3, 0.9, 1.0}) {
-    const RatioDesign d = design_ratio(share, task(), shipped());
+    const RatioDesign d = design_ratio(share, task(), assumed());
     EXPECT_NEAR(d.cylinder_n + d.motor_n, capability, 1e-9);
     EXPECT_NEAR(force_of_bore(d.bore_m, task().supply_gauge_pa), d.cylinder_n, 1e-9);
     EXPECT_NEAR(d.motor_torque_nm, d.motor_n * d.pinion_m / 2, 1e-12);
@@ -36,14 +36,14 @@ TEST(RatioDesign, CapabilityIsTheSameAtEveryRatioAndTheThesissShareIsItsRig) {
     bore = d.bore_m;
     torque = d.motor_torque_nm;
   }
-  const RatioDesign rig = design_ratio(0.104, task(), shipped());
+  const RatioDesign rig = design_ratio(0.104, task(), assumed());
   EXPECT_NEAR(1e3 * rig.bore_m, 24.13, 0.05);
   EXPECT_NEAR(rig.motor_n, 8.0, 0.05);
   EXPECT_NEAR(rig.motor_torque_nm, 0.06, 0.001);
 }
 
 TEST(RatioDesign, MassAndPriceAreTheStatedLaws) {
-  const RatioAssumptions& a = shipped();
+  const RatioAssumptions& a = assumed();
   const RatioDesign cylinder = design_ratio(0.0, task(), a), motor = design_ratio(1.0, task(), a);
   EXPECT_NEAR(cylinder.mass_kg, 0.6 + 0.35 * std::pow(1e3 * cylinder.bore_m / 24.13, 1.5), 1e-12);
   EXPECT_NEAR(cylinder.price, 380 + 150 * std::sqrt(1e3 * cylinder.bore_m / 24.13), 1e-9);
@@ -58,7 +58,7 @@ TEST(RatioDesign, MassAndPriceAreTheStatedLaws) {
 }
 
 TEST(RatioDesign, ThePinionIsTheLeastWhoseToothIsSafe) {
-  RatioAssumptions a = shipped();
+  RatioAssumptions a = assumed();
   a.safety_factor = 4.0;
   const RatioDesign d = design_ratio(1.0, task(), a);
   EXPECT_GE(d.pinion_safety, 4.0);
@@ -76,18 +76,18 @@ TEST(RatioDesign, ThePinionIsTheLeastWhoseToothIsSafe) {
 }
 
 TEST(RatioCriteria, EnergyIsCopperMotoringAndTheAirsIsothermalWork) {
-  const RatioDesign d = design_ratio(0.2, task(), shipped());
+  const RatioDesign d = design_ratio(0.2, task(), assumed());
   RatioMeasured m;
   m.rmse_mm = 0.02;
   m.air_g = 0.4;
   m.force_square_ns = 80.0;
   m.motoring_j = 1.5;
-  const RatioCriteria c = criteria_of(d, m, task(), shipped());
+  const RatioCriteria c = criteria_of(d, m, task(), assumed());
   EXPECT_NEAR(c.electric_j, 80.0 * std::pow(d.pinion_m / 2 / d.motor_constant, 2) + 1.5, 1e-12);
   EXPECT_NEAR(c.air_j, 0.4e-3 * 287 * 293 * std::log(251325.0 / 101325.0) / 0.5, 1e-9);
   EXPECT_NEAR(c.score, std::log(c.error_mm * c.energy_j() * c.mass_kg * c.price), 1e-12);
   m.rmse_mm *= 2;
-  EXPECT_NEAR(criteria_of(d, m, task(), shipped().with({"", "weights.error", 3.0})).score,
+  EXPECT_NEAR(criteria_of(d, m, task(), assumed().with({"", "weights.error", 3.0})).score,
               c.score + 3 * std::log(0.04) - std::log(0.02), 1e-12);
 }
 
@@ -110,10 +110,10 @@ TEST(RatioCriteria, TheFrontAndTheRecommendation) {
 }
 
 TEST(RatioStudy, VerdictsFollowTheAssumptionsWithoutARun) {
-  RatioStudy study{task(), shipped(), {}, "none", false};
+  RatioStudy study{task(), assumed(), {}, "none", false};
   for (const double share : {0.0, 0.104, 1.0}) {
     RatioResult r;
-    r.design = design_ratio(share, task(), shipped());
+    r.design = design_ratio(share, task(), assumed());
     r.law = "hybrid";
     r.measured.rmse_mm = 0.02;
     r.measured.runs = 12;
@@ -130,8 +130,8 @@ TEST(RatioStudy, VerdictsFollowTheAssumptionsWithoutARun) {
     EXPECT_GE(v.lead, 0.0);
     EXPECT_EQ(v.hybrid_share, 0.104);
   }
-  EXPECT_LT(criteria_of(study, shipped().with(study.assumptions.changes[0]))[2].price, study.ratios[2].design.price);
-  EXPECT_THROW(shipped().with({"", "motor.colour", 2.0}), std::invalid_argument);
+  EXPECT_LT(criteria_of(study, assumed().with(study.assumptions.changes[0]))[2].price, study.ratios[2].design.price);
+  EXPECT_THROW(assumed().with({"", "motor.colour", 2.0}), std::invalid_argument);
   EXPECT_THAT(result_of(study).text(false), HasSubstr("Recommended: a motor's share of"));
 }
 
@@ -139,8 +139,8 @@ TEST(RatioAssumptions, AFileNamesWhatDiffersAndBadOnesAreRefused) {
   const Folder folder;
   const RatioAssumptions own = read_ratio_assumptions(folder.write("own.toml", "[motor]\nprice = 100\n"));
   EXPECT_EQ(own.motor_price, 100.0);
-  EXPECT_EQ(own.motor_mass_kg, shipped().motor_mass_kg);
-  EXPECT_EQ(own.changes.size(), shipped().changes.size());
+  EXPECT_EQ(own.motor_mass_kg, assumed().motor_mass_kg);
+  EXPECT_EQ(own.changes.size(), assumed().changes.size());
   struct Case {
     const char *text, *key, *allowed;
   };
@@ -181,7 +181,7 @@ TEST(ForceRatioCommand, TunesAndJudgesEachRatioOnItsOwnPlantAndResumesWithoutARu
   EXPECT_THAT(test::text_of(folder.file("front.svg")), HasSubstr("0.3"));
 
   const TwinParameters twin = read_twin_file(folder.file("o/share-0.300/hybrid/twin.toml"));
-  const RatioDesign design = design_ratio(0.3, task(), shipped());
+  const RatioDesign design = design_ratio(0.3, task(), assumed());
   EXPECT_NEAR(twin.actuator.bore_diameter_m, design.bore_m, 1e-12);
   EXPECT_NEAR(twin.actuator.motor_force_limit_n(), design.motor_n, 1e-9);
   EXPECT_NEAR(twin.gear.rotor_inertia, design.motor_inertia, 1e-12);

@@ -1,0 +1,84 @@
+#include "core/config/reader.hpp"
+#include "experiments/base/build_info.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/cli/commands.hpp"
+
+#include <cstdio>
+
+#include <CLI/CLI.hpp>
+
+namespace solenoid {
+namespace {
+
+int refuse(const char* what, int exit_code) {
+  std::fprintf(stderr, "solenoid: %s\n", what);
+  return exit_code;
+}
+
+/// What is wrong with a word as a command's name; nothing if it is one.
+std::string problem_with_command(const CLI::App& app, const std::string& name) {
+  std::string known;
+  for (const CLI::App* command : app.get_subcommands({})) {
+    if (command->get_name() == name) return {};
+    known += (known.empty() ? "" : ", ") + command->get_name();
+  }
+  return "'" + name + "' is no command (allowed: " + known + ")";
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Solenoid: model predictive control of actuators whose inputs switch", "solenoid");
+  app.set_version_flag("--version", [] {
+    const BuildInfo build = build_info();
+    return "solenoid " + build.version + (build.git_revision.empty() ? "" : " (" + build.git_revision + ")");
+  });
+  app.require_subcommand(1);
+  int exit_code = success;
+  add_compare(app, exit_code);
+  add_list(app, exit_code);
+  add_reproduce(app, exit_code);
+  add_plot(app, exit_code);
+  add_report(app, exit_code);
+  add_check(app, exit_code);
+  add_scaling(app, exit_code);
+  add_profile(app, exit_code);
+  add_study(app, exit_code);
+  add_ledger(app, exit_code);
+  add_run(app, exit_code);
+  add_emulator(app, exit_code);
+  add_replay(app, exit_code);
+  add_export(app, exit_code);
+  add_faults(app, exit_code);
+  add_tune(app, exit_code);
+  add_identify(app, exit_code);
+  add_size(app, exit_code);
+  if (argc < 2) {
+    write_standard_output(app.help());
+    return success;
+  }
+  if (argv[1][0] != '-')
+    if (const std::string problem = problem_with_command(app, argv[1]); !problem.empty())
+      return refuse(problem.c_str(), bad_input);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    return refuse((std::string(error.what()) + " (see solenoid --help)").c_str(), bad_input);
+  }
+  return exit_code;
+}
+
+}  // namespace
+
+int run_program(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const ConfigError& error) {
+    return refuse(error.what(), bad_input);
+  } catch (const OutputError& error) {
+    return refuse(error.what(), bad_input);
+  } catch (const std::exception& error) {
+    return refuse(error.what(), failure);
+  }
+}
+
+}  // namespace solenoid
