@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Runs every command that README.md and the pages of docs/ show. Their links are the business of docs_links.py.
+"""Runs every command that the pages of docs/ and beside README.md show. Their links are the business of docs_links.py.
 
 A page's commands run in the order of the page, in a folder of its own, with the files that the page tells the reader to
 write (a block after a line "Write ... `NAME.toml`"). A command must end with exit code 0. What would take too long, needs
 hardware or has a placeholder is replaced by what docs_rules.py says; a command that neither runs nor has a rule fails the
 test, and so does an option that `--help` does not know. Where a page shows a ranking under a command that was run as it
-is, the ranking has to be the page's, but for the times.
+is, the ranking has to be the page's, but for the times; the description of a picture that a page shows is read too.
 
 usage: docs_commands.py ROOT PROGRAM [--fake-comedi DIR] [--page NAME]
 """
@@ -26,6 +26,8 @@ from pathlib import Path
 sys.dont_write_bytecode = True
 import docs_rules  # noqa: E402
 from docs_links import pages_below  # noqa: E402
+
+RANKING = re.compile(r"\s*\d+  [a-z]\w+ ")  # a line of one
 
 
 def block_commands(lines):
@@ -66,7 +68,7 @@ class Checker:
         for part in text.split("&"):
             words = part.replace("./solenoid", "").split()
             if not words or words[0] not in self.subcommands:
-                if words and not re.match(r"COMMAND|-|test\b", words[0]):
+                if words and not re.match(r"COMMAND|-", words[0]) and words[0] not in docs_rules.SCRIPT:
                     self.problem(page, number, f"'{part.strip()}': no such command")
                 continue
             command = tuple(words[:2]) if words[0] == "study" and len(words) > 1 else (words[0],)
@@ -203,7 +205,11 @@ class Checker:
         steps = [(number, "file", file) for number, file in page.files().items()]
         for number, _, lines in page.blocks:
             steps += [(number + at, "command", text) for at, text in block_commands(lines)]
-            steps += [(number + at, "ranking", line) for at, line in enumerate(lines) if re.match(r"\s*\d+  [a-z]\w+ ", line)]
+            steps += [(number + at, "ranking", line) for at, line in enumerate(lines) if RANKING.match(line)]
+        for number, line in enumerate(page.prose, 1):
+            for picture in re.findall(r"!\[[^]]*\]\(([^)\s]+\.svg)\)", line):
+                described = (page.path.parent / picture).read_text().partition("<desc>")[2].partition("</desc>")[0]
+                steps += [(number, "ranking", row) for row in described.split("\n") if RANKING.match(row)]
         for number, text in page.inline():
             if text.startswith("./solenoid "):
                 steps.append((number, "command", text))

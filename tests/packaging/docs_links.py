@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks that what README.md, the pages of docs/ and the sources point to is there.
+"""Checks that what the pages of docs/ and beside README.md, and the sources, point to is there.
 
 pages      links and their headings; files named in inline code; in docs/theory numbered references, each cited and listed;
            one line a page in docs/README.md
@@ -73,7 +73,7 @@ class Page:
 
 
 def pages_below(root):
-    return [Page(path) for path in (root / "README.md", *sorted((root / "docs").rglob("*.md")))]
+    return [Page(path) for path in (*sorted(root.glob("*.md")), *sorted((root / "docs").rglob("*.md")))]
 
 
 def sources_below(root):
@@ -102,10 +102,11 @@ class Checker:
     def __init__(self, root):
         self.root, self.problems = root, []
         self.pages = pages_below(root)
+        self.of_docs = [page for page in self.pages if root / "docs" in page.path.parents]
         self.links = self.citations = 0
-        self.contents = {}
-        for page in self.pages[1:]:
-            if page.path.name in self.contents:
+        self.contents = {page.path.name: None for page in self.pages if page not in self.of_docs}
+        for page in self.of_docs:
+            if self.contents.get(page.path.name):
                 self.problem(page.path, 1, "another page has this name: sources cite pages by name")
             self.contents[page.path.name] = Contents(page)
 
@@ -160,7 +161,7 @@ class Checker:
     def check_index(self):
         index = self.root / "docs" / "README.md"
         listed = re.findall(r"^- \[[^]]*\]\(([^)]+)\): ", index.read_text(), re.M)
-        there = {str(page.path.relative_to(index.parent)) for page in self.pages[1:]} - {"README.md"}
+        there = {str(page.path.relative_to(index.parent)) for page in self.of_docs} - {"README.md"}
         for name in sorted(there ^ set(listed)):
             self.problem(index, 1, f"{name} is {'not there' if name in listed else 'not listed'}")
         for name in {name for name in listed if listed.count(name) > 1}:
@@ -186,7 +187,7 @@ class Checker:
                     self.problem(path, number, f"'E{erratum}': {ERRATA} has no such erratum")
 
     def check_cited(self, path, number, page, suffix, kind, wanted):
-        if page not in self.contents:
+        if not self.contents.get(page):
             return
         self.citations += 1
         if not suffix:
@@ -199,7 +200,7 @@ class Checker:
         for page in self.pages:
             self.check_links(page)
             self.check_references(page)
-        for page in self.pages[1:]:
+        for page in self.of_docs:
             self.check_numbers(page)
         self.check_index()
         sources = sources_below(self.root)

@@ -5,6 +5,9 @@ from typing import Callable, Optional, Union
 
 RECORDED = "experiments/data/instances/closed_loops.instances"
 
+# Commands of the script, which the program does not know.
+SCRIPT = ("test", "coverage", "docs", "package")
+
 # What the reader is taken to have: a campaign, and a small one to tune on.
 FILES = {
     "campaign.toml": """
@@ -78,6 +81,7 @@ BUSY = 4
 
 RULES = [
     # compare
+    Rule(r"compare \| python3 docs/images/ranked_table\.py .*", "a pipe; README.md's picture is compared with what compare prints"),
     Rule(r"compare robustness(?: --live)", "the page is served until Ctrl-C", r"compare rig --scenario cycloidal --variant thesis_pd --live",
          codes=(0, 130), until=r"page stays"),
     Rule(r"compare robustness(?: \[.*)?", "200 plants, minutes", r"compare rig --scenario cycloidal --variant thesis_pd,nine_robust"),
@@ -111,6 +115,7 @@ RULES = [
     Rule(r"COMMAND --help", "each command", lambda match, subcommands: [f"{name} --help" for name in subcommands]),
     Rule(r"check (?:\[campaign\.toml\]|FILE\.\.\.)", "a placeholder", "check campaign.toml"),
     Rule(r"test\b.*", "this is one of its tests"),
+    Rule(r"(?:coverage|docs|package)\b.*", "the script's: minutes of building"),
     # the thesis, studies
     Rule(r"reproduce.*", "620 runs", "reproduce table-6-1 --format csv"),
     Rule(r"plot \[.*", "a synopsis", "plot campaign.toml --variant thesis_pd --scenario cycloidal_fast --svg plot.svg --seed 2"),
