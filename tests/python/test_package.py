@@ -124,6 +124,10 @@ class Configuration(unittest.TestCase):
             run = solenoid.simulate(solenoid.variant("mine", campaign=path), task, seed=2)
             self.assertIn(run.metrics.rmse_mm, rows["rmse_mm"])
 
+    def test_the_version_is_the_program_s(self):
+        said = subprocess.run([os.environ["SOLENOID_PROGRAM"], "--version"], check=True, capture_output=True, text=True).stdout
+        self.assertEqual(said.split()[:2], ["solenoid", solenoid.__version__])
+
     def test_shipped_names_are_known(self):
         self.assertIn("nine_robust", solenoid.variants())
         self.assertIn("default", solenoid.campaigns())
