@@ -15,7 +15,7 @@ namespace solenoid {
 /// What there is to choose from, a row each: solvers, feedback laws, estimators. Reading, refusals, `list`, the factory
 /// and the documentation's tables come from these rows; whoever has to decide something asks a trait, not a name.
 
-/// Makes one thing for either model: from a generic lambda []<HybridModel M>(const VariantConfig&).
+/// Makes one thing for either model: from a generic lambda `[]<HybridModel M>(const VariantConfig&)`.
 template <template <class> class Made>
 struct ForEitherModel {
   template <class Make>
