@@ -35,6 +35,7 @@ struct ForEitherModel {
   Made<PrestabilisedActuator> (*prestabilised)(const VariantConfig&);
 };
 
+/// A row makes its solver as this.
 template <HybridModel M>
 using SolverPtr = std::unique_ptr<Solver<M>>;
 
@@ -61,6 +62,7 @@ struct LawRow {
   void (*check)(TableReader& table, const VariantConfig& variant) = [](TableReader&, const VariantConfig&) {};
 };
 
+/// An estimator through the sensing chain.
 struct EstimatorRow {
   std::string name, summary;
   bool finds_load = false;  ///< payload and disturbance, for `use_estimate`
@@ -68,16 +70,21 @@ struct EstimatorRow {
   Estimator (*make)(const PneumaticActuator& model, const EstimatorTuning& tuning);
 };
 
+/// The solvers there are, as `list` shows them.
 const std::vector<SolverRow>& solver_rows();
+/// The laws there are.
 const std::vector<LawRow>& law_rows();
+/// The estimators there are.
 const std::vector<EstimatorRow>& estimator_rows();
 
+/// The row of this name, or null.
 template <class Row>
 const Row* find_row(const std::vector<Row>& rows, std::string_view name) {
   for (const Row& row : rows)
     if (row.name == name) return &row;
   return nullptr;
 }
+/// The names in the order of the rows.
 template <class Row>
 std::vector<std::string> names_of(const std::vector<Row>& rows) {
   std::vector<std::string> names;
@@ -87,6 +94,7 @@ std::vector<std::string> names_of(const std::vector<Row>& rows) {
 
 /// The row of this name; throws std::invalid_argument, naming what is allowed.
 const SolverRow& solver_row(std::string_view name);
+/// The same of an estimator.
 const EstimatorRow& estimator_row(std::string_view name);
 
 /// Throws ConfigError, naming what to run instead, for a variant whose solver is not real time.

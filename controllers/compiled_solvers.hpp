@@ -15,6 +15,7 @@ namespace solenoid {
 template <HybridModel Model>
 std::unique_ptr<Solver<Model>> make_rounding(const ProjectedGradientSettings& relaxation,
                                              const RelaxAndRoundSettings& settings);
+/// The relaxed solver alone, as make_rounding() has it.
 template <HybridModel Model>
 std::unique_ptr<RelaxedSolver<Model>> make_projected_gradient(const ProjectedGradientSettings& settings);
 
@@ -22,6 +23,7 @@ std::unique_ptr<RelaxedSolver<Model>> make_projected_gradient(const ProjectedGra
 /// not compiled in (sqp: seven_mode; ipopt: two_way, seven_mode).
 template <HybridModel Model>
 std::unique_ptr<RelaxedSolver<Model>> make_relaxed_sqp();
+/// The reference, with the mode sets that make_relaxed_sqp() names.
 template <HybridModel Model>
 std::unique_ptr<RelaxedSolver<Model>> make_relaxed_ipopt();
 

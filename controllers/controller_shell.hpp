@@ -32,6 +32,7 @@ struct Moment {
 template <class Decider>
 class ControllerShell final : public Controller {
  public:
+  /// What the shell is made of.
   struct Parts {
     RestartableReference reference;
     Estimator estimator;

@@ -17,10 +17,12 @@ struct IntegralSettings {
   bool operator==(const IntegralSettings&) const = default;
 };
 
+/// The sum of IntegralSettings, a step a control period.
 class IntegralOffset {
  public:
   explicit IntegralOffset(const IntegralSettings& settings) : settings_(settings) {}
 
+  /// Adds y_d - y and returns y_offset [m].
   double update(double error_m) {
     if (settings_.gain == 0.0) return 0.0;
     const double most = settings_.limit_m / settings_.gain;

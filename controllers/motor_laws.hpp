@@ -52,6 +52,7 @@ struct NoMotor {
   double force(const ReferenceSample&, const ActuatorState&) const { return 0.0; }
 };
 
+/// Any of them, chosen when a variant is read.
 using MotorLaw = std::variant<NoMotor, PdMotor, InverseDynamicsMotor>;
 
 }  // namespace solenoid

@@ -26,6 +26,7 @@ namespace solenoid {
 template <HybridModel Model>
 class MpcController {
  public:
+  /// What predictive control is made of.
   struct Parts {
     Problem<Model> problem;  ///< nominal model, modes, horizon, cost; state and reference are filled in each period
     std::unique_ptr<Solver<Model>> solver;

@@ -20,6 +20,7 @@ struct UseEstimate {
   bool operator==(const UseEstimate&) const = default;
 };
 
+/// How far the prediction looks and in which blocks a mode is held.
 struct HorizonSettings {
   int steps = 100;          ///< N_p, model steps of 1 ms
   std::vector<int> blocks;  ///< 5 ms periods each; empty: one block of all steps
@@ -35,6 +36,7 @@ struct CostSettings {
   bool operator==(const CostSettings&) const = default;
 };
 
+/// How much work a solver that relaxes and rounds puts into a plan.
 struct RoundingSettings {
   bool improve = true;  ///< mode swaps and motor re-optimised after rounding
   int iterations = 15;  ///< of the relaxation before rounding
@@ -65,6 +67,7 @@ struct VariantConfig {
   SlidingSettings sliding;
   PhaseSettings phases;
 
+  /// Whether a motor helps the cylinder.
   bool hybrid() const { return motor != "none"; }
   bool is_feedback_law() const;  ///< `solver` is a law: valves from the present state alone
   /// Whether the prediction has the motor's law in it: the model is then PrestabilisedActuator. Solvers that plan the

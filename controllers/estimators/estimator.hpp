@@ -13,13 +13,17 @@ namespace solenoid {
 /// promise  update, applied, detail: no allocation, lock or exception
 class Estimator {
  public:
+  /// Of a kind; allocates.
   template <class Kind>
   explicit Estimator(Kind kind) : kind_(std::make_unique<Of<Kind>>(std::move(kind))) {}
 
+  /// Takes a tick's sensors and returns the state estimate. NaN stands for a value that is missing.
   ActuatorState update(const Sensors& sensors) noexcept { return kind_->update(sensors); }
+  /// Tells which valve openings and motor force act until the next tick.
   void applied(const SwitchedOf<PneumaticActuator>& opening, double motor_n) noexcept {
     kind_->applied(opening, motor_n);
   }
+  /// What is believed beyond the state, and how well.
   EstimateDetail detail() const noexcept { return kind_->detail(); }
 
  private:

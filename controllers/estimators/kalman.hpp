@@ -49,6 +49,7 @@ class ActuatorKalman {
 
 /// The part of a belief that controllers and logs read.
 ActuatorState actuator_state(const Belief& belief) noexcept;
+/// What the belief says beyond the state, with the tick's normalised innovation squared.
 EstimateDetail estimate_detail(const Belief& belief, double innovation) noexcept;
 
 }  // namespace solenoid

@@ -32,6 +32,7 @@ struct InstanceRecord {
   std::vector<int> warm_modes;
   std::vector<double> warm_continuous;                     ///< [N], one a block
   std::vector<std::array<double, 2>> reference, setpoint;  ///< own rows; empty: the window
+  /// What an estimator found beside the state.
   struct Load {
     double payload_kg = 0.0, external_force_n = 0.0;
   };
@@ -60,11 +61,13 @@ struct InstanceSet {
   std::vector<VariantInstances> variants;
 };
 
+/// Of the files that this version writes; older ones are read.
 inline constexpr std::uint32_t instance_format_version = 3;
 
 /// Reads and checks a set. Throws ConfigError, one line with file, byte, problem and what is allowed, for anything that
 /// is not a whole file of this version or an older one, or that no problem can be posed from.
 InstanceSet read_instances(const std::string& path);
+/// The same of a file's bytes; errors call it `name`.
 InstanceSet parse_instances(std::string_view bytes, const std::string& name);
 
 /// The set as a file's bytes.

@@ -44,6 +44,7 @@ struct LadderCounts {
 /// restart: no allocation, lock or exception. request_*: from any thread or signal handler.
 class FallbackLadder final : public Controller {
  public:
+  /// What the ladder is made of: the controller inside and what its lower rungs need.
   struct Parts {
     std::unique_ptr<Controller> controller;
     PneumaticActuator model;
@@ -58,6 +59,7 @@ class FallbackLadder final : public Controller {
   void applied(const Command& command) noexcept override;
   void restart(double time_s, double position_m) noexcept override;
 
+  /// Asks to leave SAFE in the next tick; refused as said above.
   void request_rearm() noexcept { rearm_.store(true, std::memory_order_relaxed); }
   /// Latches SAFE in the next tick, for good.
   void request_stop(Fault why = Fault::stopped) noexcept { stop_.store(static_cast<int>(why) + 1); }

@@ -10,6 +10,7 @@ namespace solenoid {
 
 /// Indices into the actuator's vectors.
 enum StateIndex : std::size_t { position = 0, velocity = 1, pressure_a = 2, pressure_b = 3 };
+/// Indices into its switched inputs, the valves' openings.
 enum OpeningIndex : std::size_t { fill_a = 0, exhaust_a = 1, fill_b = 2, exhaust_b = 3 };
 
 /// The hybrid pneumatic-electric actuator is one piece of physics for controllers, solvers, estimators and plants.
@@ -331,6 +332,7 @@ class PneumaticActuator {
   Conditions<double> own_;
 };
 
+/// The actuator's state, by StateIndex.
 using ActuatorState = StateOf<PneumaticActuator>;
 
 }  // namespace solenoid

@@ -103,9 +103,11 @@ struct Mismatch {
   double delay = 1.0;     ///< both valve delays
   double inertia = 1.0;   ///< equivalent mass, gravity unchanged
 
+  /// The plant's parameters, `p` being what the controller believes.
   ActuatorParameters applied_to(ActuatorParameters p) const;
   bool operator==(const Mismatch&) const = default;
 };
+/// Reads `{ friction = 1.5, ... }`; factors that are not named are 1.
 Mismatch read_mismatch(TableReader& table);
 
 }  // namespace solenoid

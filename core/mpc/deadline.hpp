@@ -10,10 +10,14 @@ class Deadline {
  public:
   using Clock = std::chrono::steady_clock;
 
+  /// No deadline: solve to the end.
   static Deadline never() { return Deadline(Clock::time_point::max()); }
+  /// The deadline that comes `budget` from now.
   static Deadline after(std::chrono::nanoseconds budget) { return Deadline(Clock::now() + budget); }
 
+  /// The deadline at this moment.
   explicit Deadline(Clock::time_point moment) : moment_(moment) {}
+  /// Whether it is time to stop; reads the clock.
   bool passed() const { return moment_ != Clock::time_point::max() && Clock::now() >= moment_; }
   /// Returns the deadline that comes after `part` of the time that is left to this one.
   Deadline share(double part) const {

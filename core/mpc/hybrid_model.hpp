@@ -68,12 +68,16 @@ concept HasEnclosure = requires(const M& model, Vector<double, M::state_size>& l
   model.template enclose_step<double>(low, high, switched_low, switched_high, setpoint, planned, dt);
 };
 
+/// A model's state x.
 template <class M>
 using StateOf = Vector<double, M::state_size>;
+/// A model's switched inputs s, as real numbers.
 template <class M>
 using SwitchedOf = Vector<double, M::switched_size>;
+/// A model's continuous inputs u.
 template <class M>
 using ContinuousOf = Vector<double, M::continuous_size>;
+/// A model's outputs z.
 template <class M>
 using OutputOf = Vector<double, M::output_size>;
 

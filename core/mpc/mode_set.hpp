@@ -46,12 +46,19 @@ class ModeSet {
   ModeSet(std::string name, std::vector<Switch> switches, std::vector<Mode> modes, std::vector<double> offset,
           std::vector<std::vector<double>> gain);
 
+  /// Its name, as variants choose it.
   const std::string& name() const { return name_; }
+  /// How many switches there are.
   int switch_count() const { return static_cast<int>(switches_.size()); }
+  /// How many modes there are.
   int size() const { return static_cast<int>(modes_.size()); }
+  /// The switches; bit c of a pattern is switches()[c].
   std::span<const Switch> switches() const { return switches_; }
+  /// The patterns that may be commanded; a plan's numbers are indices into this.
   std::span<const Mode> modes() const { return modes_; }
+  /// The pattern that mode `mode` commands.
   SwitchPattern pattern(int mode) const { return modes_[static_cast<std::size_t>(mode)].pattern; }
+  /// How many switched inputs the model has.
   std::size_t switched_size() const { return offset_.size(); }
   /// The model's switched inputs at any pattern; switched_size() numbers.
   std::span<const double> point(SwitchPattern pattern) const;
@@ -91,6 +98,7 @@ class DelayLines {
   /// Every switch settled at `pattern`, free to change.
   explicit DelayLines(SwitchPattern pattern);
 
+  /// Commands a pattern now: switches that differ from the last command change after their delays.
   void command(SwitchPattern pattern, const SwitchTiming& timing) {
     SwitchPattern changed = pattern ^ commanded_;
     commanded_ = pattern;
@@ -113,6 +121,7 @@ class DelayLines {
     for (std::size_t c = 0; c < max_switches; ++c) pattern |= static_cast<SwitchPattern>((line_[c] >> bit) & 1) << c;
     return pattern;
   }
+  /// Lets time pass.
   void advance(int steps) {
     const int shift = steps < 63 ? steps : 63;
     for (std::size_t c = 0; c < max_switches; ++c) {
@@ -129,6 +138,7 @@ class DelayLines {
   }
   /// Steps from now after which no switch changes on its own any more.
   int settled_after() const;
+  /// The pattern commanded last.
   SwitchPattern commanded() const { return commanded_; }
 
   /// One switch as it is kept: its line of effective states and the steps since its command last changed.
@@ -136,6 +146,7 @@ class DelayLines {
     std::int64_t states = 0;
     int age = max_age;
   };
+  /// The line of switch c, for a record.
   Line line(std::size_t c) const { return {line_[c], age_[c]}; }
   /// The lines of a record: line(c) gives `lines`[c], every further switch is off and free to change.
   static DelayLines restored(SwitchPattern commanded, std::span<const Line> lines);

@@ -9,7 +9,9 @@ namespace solenoid {
 
 /// Parts of a solve worth a line in a profile. What belongs to none of them is the solver's bookkeeping.
 enum class Phase : std::uint8_t { rollout, derivatives, factorisation, bound };
+/// The phases' names, in their order.
 inline constexpr std::array phase_names = {"rollout", "derivatives", "factorisation", "bound"};
+/// How many phases there are.
 inline constexpr std::size_t phase_count = phase_names.size();
 
 /// Time spent in each phase, in ticks of the processor's own counter.

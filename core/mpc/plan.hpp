@@ -20,8 +20,10 @@ enum class Status : std::uint8_t {
   numerical_failure,  ///< a non-finite number or a failed factorisation; the plan is not to be applied: fall back
 };
 
+/// Whether the plan of a solve that ended so may be applied.
 constexpr bool usable(Status status) { return status != Status::infeasible && status != Status::numerical_failure; }
 
+/// The status as JSON, CSV and logs spell it.
 constexpr std::string_view to_string(Status status) {
   switch (status) {
     case Status::optimal:
@@ -59,6 +61,7 @@ struct Plan {
   Relaxation relaxation;
 
   Plan() = default;
+  /// Sized for a problem: mode 0 and no continuous input in every block.
   explicit Plan(const Problem<M>& problem) : modes(problem.horizon.blocks.size()), continuous(modes.size()) {
     relaxation.weights.resize(modes.size() * static_cast<std::size_t>(problem.modes.size()));
     relaxation.owed.resize(modes.size());

@@ -15,6 +15,7 @@ struct Horizon {
   double dt_s = 0.001;
   std::vector<int> blocks;
 
+  /// The model steps of all blocks, N.
   int steps() const { return std::accumulate(blocks.begin(), blocks.end(), 0); }
 };
 
@@ -36,6 +37,7 @@ struct Bounds {
   ContinuousOf<M> continuous_lower = filled<M::continuous_size>(-infinity);
   ContinuousOf<M> continuous_upper = filled<M::continuous_size>(infinity);
 
+  /// Whether any state is bounded.
   bool constrain_state() const {
     for (std::size_t i = 0; i < M::state_size; ++i)
       if (state_lower[i] > -infinity || state_upper[i] < infinity) return true;

@@ -149,6 +149,7 @@ Vector<Scalar, M::switched_size> switched_inputs(const ModeSet& modes, const Swi
 /// Smooth and convex with the values 0 at 0 and 1 at -1 and 1; hence not above |d|, and exact for switches that are
 /// switched. [theory-relaxed.md, eq. 4]
 inline constexpr double switching_roundness = 0.05;
+/// The cost of one switch's change by d; see switching_roundness.
 template <class Scalar>
 Scalar relaxed_switch_change(const Scalar& d) noexcept {
   using std::sqrt;
@@ -246,9 +247,11 @@ class RelaxedSolver {
   /// optimal is so among its neighbours. No allocation, lock or exception.
   virtual SolveReport solve(const Problem<M>& problem, RelaxedPlan<M>& plan, Deadline deadline) noexcept = 0;
 
-  /// As in Solver.
+  /// As Solver::anticipates().
   virtual bool anticipates() const { return false; }
+  /// As Solver::anticipate().
   virtual void anticipate(const Problem<M>& /*expected*/, const RelaxedPlan<M>& /*warm_start*/) noexcept {}
+  /// As Solver::time_phases().
   virtual bool time_phases(PhaseTimes* /*into*/) noexcept { return false; }
 };
 

@@ -21,8 +21,11 @@ class Trajectory {
   /// Holds `position_m` for ever.
   explicit Trajectory(double position_m) : start_(position_m), end_(position_m) {}
 
+  /// Returns what is desired at a time; before 0, rest at the start.
   ReferenceSample at(double time_s) const;
+  /// Returns when the last part ends.
   double duration_s() const { return duration_s_; }
+  /// Returns the position at 0.
   double start_m() const { return start_; }
   /// Returns where the steady part of SSE and SSA starts, if the motion ends in a dwell: the dwell's second half, the
   /// first being left to the slide's settling.
@@ -30,9 +33,11 @@ class Trajectory {
   /// Returns the lowest and highest desired position, sampled each millisecond.
   std::pair<double, double> range_m() const;
 
+  /// Appends a rest.
   Trajectory& dwell(double duration_s);
   /// Appends the cycloid (3.1): y + h (t/T - sin(2 pi t/T) / (2 pi)); velocity and acceleration vanish at both ends.
   Trajectory& cycloid_to(double position_m, double duration_s);
+  /// Appends a jump to `position_m`, which is held.
   Trajectory& step_to(double position_m, double hold_s);
   /// Appends `periods` of a cosine that starts and ends at the current position and swings to `other_m`.
   Trajectory& cosine(double other_m, double frequency_hz, double periods);
@@ -68,6 +73,7 @@ Trajectory read_trajectory(TableReader& table, double start_m);
 
 /// The two test motions of chapter 6, from `start_m` to 100 mm and, for the sine, back.
 Trajectory thesis_cycloidal(double start_m);
+/// The sine of the two; see thesis_cycloidal().
 Trajectory thesis_sine(double start_m);
 
 }  // namespace solenoid

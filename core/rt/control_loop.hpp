@@ -26,6 +26,7 @@ struct LoopCounts {
 template <class Clock, class Recorder>
 class ControlLoop {
  public:
+  /// Of parts that outlive it.
   ControlLoop(Plant& plant, Clock& clock, Controller& controller, CommandLimits& limits, Recorder& recorder)
       : plant_(plant), clock_(clock), controller_(controller), limits_(limits), recorder_(recorder) {}
 
@@ -53,6 +54,7 @@ class ControlLoop {
     }
   }
 
+  /// What became of the ticks, of all runs together.
   const LoopCounts& counts() const { return counts_; }
 
  private:

@@ -27,8 +27,10 @@ enum class Rung : std::uint8_t {
   motor,    ///< the motor's position law alone, the coils off
   safe,     ///< latched: coils off, motor 0 N, after a bounded lowering stage if there is one
 };
+/// How many rungs there are.
 inline constexpr int rungs = 5;
 
+/// The rung as logs spell it.
 constexpr std::string_view to_string(Rung rung) {
   constexpr std::string_view names[] = {"fresh", "shifted", "dmpc", "motor", "safe"};
   return names[static_cast<std::size_t>(rung)];
@@ -55,6 +57,7 @@ struct Decision {
 class Controller {
  public:
   virtual ~Controller() = default;
+  /// Decides what to command in this tick. It is called once a tick; ticks that were missed show in sensors.time_s.
   virtual Decision step(const Sensors& sensors) noexcept = 0;
   /// Tells which command left through the exit in the tick just stepped; a controller that is not told takes its own.
   virtual void applied(const Command& /*command*/) noexcept {}

@@ -9,6 +9,7 @@ namespace solenoid {
 template <HybridModel M>
 class DeferredSolver : public Solver<M> {
  public:
+  /// A plan that is finished, under the ticket its problem was posted with.
   struct Finished {
     std::int64_t ticket = -1;
     Plan<M> plan;

@@ -16,8 +16,11 @@ enum class SensorFault : std::uint8_t {
   supply,      ///< a pressure no chamber between atmosphere and supply can have
   innovation,  ///< at odds with what the model makes of the other sensors
 };
+/// How many ways there are.
 inline constexpr int sensor_fault_kinds = 8;
+/// The sensors of the actuator.
 enum class Sensor : std::uint8_t { position, pressure_a, pressure_b };
+/// How many sensors there are.
 inline constexpr int sensor_count = 3;
 
 /// These things beside the sensors can be wrong.
@@ -31,6 +34,7 @@ enum class Fault : std::uint8_t {
   stopped,          ///< by the operator, or at the end of the run
   aborted,          ///< by the program: the log, the preparation
 };
+/// Bits of a FaultSet: a sensor's kinds for each sensor, then the faults beside them.
 inline constexpr int fault_kinds = static_cast<int>(Fault::aborted) + 1;
 
 /// A set of faults, one bit each.

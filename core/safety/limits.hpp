@@ -20,14 +20,17 @@ struct CommandRates {
 /// than the rates. What it refuses it replaces by the safe value (coils off, motor 0 N) or clamps, and counts.
 class CommandLimits {
  public:
+  /// Allows the mode set's patterns and forces up to the motor's limit.
   CommandLimits(const ModeSet& modes, double motor_limit_n, CommandRates rates = {})
       : motor_limit_n_(motor_limit_n), rates_(rates) {
     for (const Mode& mode : modes.modes()) allowed_ |= std::uint64_t{1} << (mode.pattern % 64);
     since_on_.fill(DelayLines::max_age);
   }
 
+  /// Changes the rates from the next command on.
   void set_rates(const CommandRates& rates) noexcept { rates_ = rates; }
 
+  /// What may leave in place of the wanted command, once a tick.
   Command checked(const Command& wanted) noexcept {
     Command safe;
     if (wanted.coils < 64 && ((allowed_ >> wanted.coils) & 1u))
@@ -44,6 +47,7 @@ class CommandLimits {
     return safe;
   }
 
+  /// Values replaced by the safe one since the start.
   std::int64_t refused() const { return refused_; }
   std::int64_t slowed() const { return slowed_; }  ///< commands that the rates changed
 

@@ -39,6 +39,7 @@ struct PlausibilitySettings {
 /// No allocation, lock or exception.
 class Plausibility {
  public:
+  /// What may be believed in a tick, and why the rest may not.
   struct Verdict {
     Sensors sensors;  ///< implausible values replaced by NaN
     FaultSet seen;    ///< in this tick

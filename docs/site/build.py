@@ -23,6 +23,10 @@ from api_names import ApiNames  # noqa: E402
 
 SITE = Path(__file__).resolve().parent
 ROOT = SITE.parents[1]
+# The classes that a reader of the reference begins with.
+MAIN = ("ModeSet", "DelayLines", "SwitchTiming", "Horizon", "Cost", "Bounds", "Problem", "Plan", "SolveReport", "Solver",
+        "RelaxedSolver", "DeferredSolver", "Deadline", "Plant", "Controller", "ControlLoop", "CommandLimits", "Estimator",
+        "Trajectory", "SolverRow", "LawRow", "EstimatorRow", "VariantConfig")
 PACKAGES = "doxygen python3-sphinx python3-myst-parser furo"
 
 
@@ -65,6 +69,7 @@ def run(command, name, **more):
     done = subprocess.run(command, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, **more)
     if done.returncode != 0:
         raise Fault(f"{done.stdout.strip()}\n{name} found the faults above")
+    return done.stdout
 
 
 class Build:
@@ -84,7 +89,8 @@ class Build:
     def stage_headers(self):
         """The headers as other projects see them, and beside them the same with their comments as Doxygen reads them."""
         run(["cmake", f"-DROOT={ROOT}", f"-DTO={self.out}/headers/solenoid", "-P", ROOT / "cmake" / "PublicHeaders.cmake"], "cmake")
-        headers = files_below(self.out / "headers")
+        headers = files_below(self.out / "headers" / "solenoid")
+        shutil.copyfile(SITE / "api.dox", self.out / "headers" / "api.dox")
         shutil.rmtree(self.out / "comments", ignore_errors=True)
         reader = comment_filter.Filter(staging.page_addresses(ROOT))
         for header in headers:
@@ -103,11 +109,26 @@ class Build:
             first, f'<tab type="user" visible="yes" url="../index.html" title="Documentation"/>\n    {first}', 1))
         settings = (f"@INCLUDE = {SITE}/Doxyfile\nPROJECT_NUMBER = {version()}\nOUTPUT_DIRECTORY = {self.api}\n"
                     f"GENERATE_TAGFILE = {self.out}/api.tag\nLAYOUT_FILE = {layout}\n")
+        self.doxygen(settings)
+        self.check_documented(settings)
+
+    def doxygen(self, settings):
+        """Runs Doxygen and returns what it says, with the headers' names as they are in the repository."""
         try:
-            run([self.tools["doxygen"], "-"], "doxygen", input=settings, cwd=self.out / "headers",
-                env={**os.environ, "SITE": str(SITE)})
+            said = run([self.tools["doxygen"], "-"], "doxygen", input=settings, cwd=self.out / "headers",
+                       env={**os.environ, "SITE": str(SITE)})
         except Fault as fault:
             raise Fault(str(fault).replace(f"{self.out}/headers/solenoid/", "")) from None
+        return said.replace(f"{self.out}/headers/solenoid/", "")
+
+    def check_documented(self, settings):
+        """Every class, everything in a namespace and every function of the MAIN classes has a comment."""
+        said = self.doxygen(settings + "GENERATE_HTML = NO\nGENERATE_TAGFILE =\nEXTRACT_ALL = NO\n"
+                            "WARN_IF_UNDOCUMENTED = YES\nWARN_AS_ERROR = NO\n")
+        asked = re.compile(rf"(Compound|Member .* of namespace|Member .* \(function\) of (class|struct) solenoid::({'|'.join(MAIN)})) ")
+        bare = [line for line in said.split("\n") if line.endswith("is not documented.") and asked.search(line) and "operator" not in line]
+        if bare:
+            raise Fault("\n".join(sorted(set(bare))))
 
     def build_pages(self, pages):
         for path in self.site.iterdir():
@@ -116,6 +137,16 @@ class Build:
         run([self.tools["sphinx-build"], "-q", "-W", "--keep-going", "-E", "-b", "html", "-c", SITE, "-d", self.out / "doctrees",
              pages, self.site], "sphinx-build",
             env={**os.environ, "SOLENOID_VERSION": version(), "SOLENOID_API_TAGS": str(self.out / "api.tag")})
+
+        self.inline_imports()
+
+    def inline_imports(self):
+        """Debian's themes import style sheets from where a web server has them: their text takes the import's place."""
+        for sheet in (self.site / "_static").rglob("*.css"):
+            text = sheet.read_text()
+            found = re.sub(r"@import url\((/javascript/[^)]+)\);?", lambda name: Path("/usr/share" + name[1]).read_text(), text)
+            if found != text:
+                sheet.write_text(found)
 
     def all(self):
         self.out.mkdir(parents=True, exist_ok=True)

@@ -5,7 +5,7 @@ citations   "eq. 3" does not end the first sentence; a page of docs that is name
 """
 import re
 
-TABLE = re.compile(r"`?\w+`?:? {2,}\S| {3,}\S")
+TABLE = re.compile(r"`?\w+(?: \w+)?`?:? {2,}\S| {2,}\S")
 # What Doxygen would take for a command, a link or a dash.
 COMMANDS = re.compile(r"[\\@#%]|--+")
 ENTITIES = {"&": "&amp;", "<": "&lt;", ">": "&gt;"}

@@ -20,4 +20,4 @@ html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sourcelink = False
 html_show_search_summary = False  # a page in a file may not read its neighbours
-html_last_updated_fmt = None
+html_show_copyright = False

@@ -9,6 +9,7 @@ import re
 import shutil
 from pathlib import Path
 
+FRONT, CONTENTS, LIBRARY = (name + ".md" for name in ("index", "contents", "library"))
 FOLDERS = ("core", "solvers", "controllers")
 IMAGES = (".svg", ".png", ".jpg", ".gif")
 LANGUAGES = {".py": "python", ".cpp": "cpp", ".hpp": "cpp", ".ipp": "cpp", ".toml": "toml", ".js": "javascript", ".css": "css",
@@ -19,7 +20,7 @@ TARGET = re.compile(r"(?P<before>\]\(|^\[[^]]+\]: +|\b(?:src|href|srcset)=\")(?P
 
 def page_of(path):
     """Where a Markdown file of the repository is in the site, both relative: docs/theory/theory.md -> theory/theory.md."""
-    special = {"README.md": "index.md", "docs/README.md": "contents.md"}
+    special = {"README.md": FRONT, "docs/README.md": CONTENTS}
     return special.get(path, re.sub(r"^docs/", "", path) if path.startswith("docs/") else f"project/{path.lower()}")
 
 
@@ -70,7 +71,8 @@ class Staging:
             code = there.read_text(errors="replace")
             fence = "`" * (max(map(len, re.findall("`{3,}", code)), default=2) + 1)
             text = f"{fence}{LANGUAGES.get(there.suffix, 'text')}\n{code.rstrip()}\n{fence}"
-        self.files[place] = f"---\norphan: true\n---\n\n# {path}\n\n{text}\n".encode()
+        head = "orphan: true\n" if path == "LICENSE" else "orphan: true\nnosearch: true\n"
+        self.files[place] = f"---\n{head}---\n\n# {path}\n\n{text}\n".encode()
 
     def rewritten(self, path):
         """The text of a page with its links as they are in the site."""
@@ -95,7 +97,7 @@ class Staging:
         if (self.root / "LICENSE").is_file():
             self.show("LICENSE")
             beside.append("source/LICENSE.md")
-        return [*found, ("Library", ["library.md"]), ("Project", ["contents.md", *beside])]
+        return [*found, ("Library", [LIBRARY]), ("Project", [CONTENTS, *beside])]
 
     def library(self, headers):
         """The page that leads to the API reference: each folder's headers with their classes."""
@@ -111,11 +113,11 @@ class Staging:
 
     def all(self, headers):
         """{path in the site: bytes}."""
-        self.files["library.md"] = self.library(headers).encode()
+        self.files[LIBRARY] = self.library(headers).encode()
         for path, page in self.pages.items():
             self.files[page] = self.rewritten(path).encode()
         trees = [f"```{{toctree}}\n:hidden:\n:caption: {name}\n\n" + "\n".join(pages) + "\n```" for name, pages in self.groups()]
-        self.files["index.md"] += ("\n" + "\n\n".join(trees) + "\n").encode()
+        self.files[FRONT] += ("\n" + "\n\n".join(trees) + "\n").encode()
         return self.files
 
 

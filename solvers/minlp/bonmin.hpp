@@ -19,6 +19,7 @@ struct Function {
   std::vector<double> lower, upper;  ///< of the continuous variables
 };
 
+/// What Bonmin found by the time it ended or was stopped.
 struct Answer {
   bool found = false;    ///< x is a point with integral choices
   bool ended = false;    ///< the tree was searched to its end

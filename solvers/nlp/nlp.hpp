@@ -18,6 +18,7 @@ class Program {
  public:
   virtual ~Program() = default;
 
+  /// The place of an entry in the Jacobian or the Hessian.
   struct Entry {
     int row, column;
   };
@@ -32,11 +33,13 @@ class Program {
                               std::span<double> out) = 0;
 };
 
+/// When Ipopt stops by itself.
 struct IpoptSettings {
   int max_iterations = 300;
   double tolerance = 1e-8;
 };
 
+/// How Ipopt ended.
 struct IpoptResult {
   Status status = Status::numerical_failure;
   double objective = 0.0;

@@ -54,6 +54,7 @@ inline double support(const Eigen::VectorXd& z, const Eigen::VectorXd& lower, co
 
 }  // namespace judge
 
+/// The residuals of a sparse QP's solution, from the problem's own data.
 inline KktError kkt_error(const SparseQp& qp, const SparseSolution& at) {
   KktError error;
   const Eigen::VectorXd curvature = judge::hessian_times(qp, at.x);

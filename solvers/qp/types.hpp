@@ -16,6 +16,7 @@ enum class Status : std::uint8_t {
   invalid_problem,    ///< data not finite, or of another shape than setup saw; nothing was computed
 };
 
+/// The status as tests and benchmarks print it.
 constexpr std::string_view to_string(Status status) {
   switch (status) {
     case Status::optimal:

@@ -145,6 +145,10 @@ class Dual {
   Register d_[registers];
 };
 
+/// @name Functions of dual numbers
+/// @{
+
+/// The function by the chain rule; at a kink with the derivative of one side.
 template <int n, int w>
 Dual<n, w> max(const Dual<n, w>& a, const Dual<n, w>& b) {
   return a < b ? b : a;
@@ -188,6 +192,7 @@ Dual<n, w> tanh(const Dual<n, w>& x) {
   const double value = std::tanh(x.value());
   return x.chained(value, 1.0 - value * value);
 }
+/// @}
 
 /// Calls that differentiate are compiled twice, for registers of two doubles and for the four of AVX2, and chosen at
 /// run time: body(lanes) as a constant.
@@ -202,11 +207,13 @@ template <class Body>
 [[gnu::flatten, gnu::noinline, gnu::target("avx2")]] void with_four_lanes(const Body& body) {
   body(std::integral_constant<int, 4>{});
 }
+/// Calls body with the widest of them that this processor has.
 template <class Body>
 void with_best_lanes(const Body& body) {
   __builtin_cpu_supports("avx2") ? with_four_lanes(body) : with_two_lanes(body);
 }
 #else
+/// Calls body with the only one that there is.
 template <class Body>
 void with_best_lanes(const Body& body) {
   with_two_lanes(body);

@@ -13,6 +13,7 @@
 
 namespace solenoid {
 
+/// When ContinuousRefinement ends, and how carefully it steps.
 struct ContinuousRefinementSettings {
   int most_iterations = 10;
   double tolerance = 1e-6;  ///< relative decrease of the cost, promised or found, below which it ends

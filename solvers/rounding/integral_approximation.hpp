@@ -10,6 +10,7 @@
 
 namespace solenoid {
 
+/// How much IntegralApproximation may search and remember.
 struct IntegralApproximationSettings {
   std::int64_t max_nodes = std::numeric_limits<std::int64_t>::max();
   std::size_t table_entries = 1 << 12;  ///< states remembered as searched; 0: none

@@ -14,6 +14,7 @@
 
 namespace solenoid {
 
+/// How long ModeSwaps may improve a plan, and what the plan may switch.
 struct ModeSwapSettings {
   int most_sweeps = 100;
   int max_switches =

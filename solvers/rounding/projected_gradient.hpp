@@ -23,6 +23,7 @@ inline void project_onto_simplex(std::span<double> a, std::span<double> scratch)
   for (double& value : a) value = std::max(value - shift, 0.0);
 }
 
+/// When ProjectedGradient ends.
 struct ProjectedGradientSettings {
   int most_iterations = 200;
   double tolerance = 1e-6;  ///< largest projected gradient step, per relative change of the cost

@@ -9,6 +9,7 @@
 
 namespace solenoid {
 
+/// The grid of RelaxAndPulse.
 struct RelaxAndPulseSettings {
   int interval =
       5;  ///< steps in which the relaxed inputs are held, as a rule a control period; longer for longer delays

@@ -13,8 +13,10 @@
 
 namespace solenoid {
 
+/// How weights become modes.
 enum class RoundingMethod : std::uint8_t { sum_up, integral_approximation };
 
+/// What RelaxAndRound does with the weights, and within which limits.
 struct RelaxAndRoundSettings {
   RoundingMethod method = RoundingMethod::sum_up;
   bool improve = true;     ///< mode swaps and, where there is one, the continuous input re-optimised
@@ -36,8 +38,7 @@ struct RoundingTrace {
 /// Relax, round, re-simulate, improve.
 ///
 ///     1. weights a[b][m] and u[b] from the relaxed problem, started from the warm start; an interval a block,
-///     neighbours
-///        sharing one where a switch's delay is longer than a block
+///        neighbours sharing one where a switch's delay is longer than a block
 ///     2. modes from the weights: sum-up rounding, or the integral approximation within the mode set's dwell times
 ///     3. the true cost by evaluate(), beside that of the warm start and of holding the mode in force
 ///     4. the best of them: mode swaps, then the continuous input for the modes found, while either gains

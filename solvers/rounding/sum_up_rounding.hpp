@@ -12,6 +12,7 @@ namespace solenoid {
 /// The best possible constant (Kirches, Lenders, Manns 2020, on equal intervals; here proven for ragged ones too).
 double sum_up_rounding_guarantee(const ModeWeights& weights) noexcept;
 
+/// How near a rounding came to its weights.
 struct SumUpReport {
   Status status = Status::numerical_failure;  ///< feasible; numerical_failure: not normalised weights, modes untouched
   double gap = 0.0;                           ///< integral_gap of the modes chosen

@@ -39,11 +39,12 @@ SwitchLimits mode_set_limits(const ModeSet& modes, const SwitchTiming& timing, c
 /// Whether `age` is a dwell of `least`, in spite of rounding.
 inline bool has_dwelt(double age, double least) noexcept { return age >= least * (1.0 - 1e-9); }
 
-/// Walks a sequence through the limits.
+/// Whether a sequence kept to the limits, and its switch changes.
 struct LimitedWalk {
   bool allowed = true;
   int changes = 0;
 };
+/// Walks a sequence through the limits.
 LimitedWalk walk_limits(const SwitchLimits& limits, std::span<const double> dt, std::span<const int> modes) noexcept;
 
 }  // namespace solenoid

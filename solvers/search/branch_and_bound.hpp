@@ -16,6 +16,7 @@ namespace solenoid {
 /// Blocks that a tree search takes.
 inline constexpr std::size_t max_tree_blocks = 32;
 
+/// How BranchAndBound searches; no setting changes the optimum.
 struct TreeSearchSettings {
   bool prune = true;         ///< false: enumerate every sequence
   int enclosure_steps = 30;  ///< how far reachable sets are followed for the lower bound; 0: cost so far only

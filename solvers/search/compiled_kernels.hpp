@@ -9,8 +9,10 @@ class PrestabilisedActuator;
 /// not instantiated. The names alone are here, so that every search sees them and learns nothing of the models.
 template <class M>
 inline constexpr bool compiled_kernels = false;
+/// The library has them.
 template <>
 inline constexpr bool compiled_kernels<PneumaticActuator> = true;
+/// The library has them.
 template <>
 inline constexpr bool compiled_kernels<PrestabilisedActuator> = true;
 

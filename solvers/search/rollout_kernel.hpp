@@ -35,6 +35,7 @@ struct alignas(64) Boxes {
 /// step of the roll, to the next piece or the end.
 template <HybridModel M>
 struct LaneInputs {
+  /// The switched inputs of every lane in one piece.
   struct alignas(64) Piece {
     double value[M::switched_size][max_lanes];
   };

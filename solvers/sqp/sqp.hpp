@@ -14,6 +14,7 @@
 
 namespace solenoid {
 
+/// When Sqp ends, and how carefully it steps.
 struct SqpSettings {
   int max_iterations = 40;
   double tolerance = 1e-6;       ///< ends when a step promises less than this share of the cost ...

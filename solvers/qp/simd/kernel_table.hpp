@@ -32,6 +32,7 @@ inline bool all_boxed(const Rows& rows, int count) {
   return true;
 }
 
+/// How far the rows are from complementarity.
 struct RowState {
   double residual;  ///< largest |r|
   double product;   ///< sum of t z
@@ -83,6 +84,7 @@ struct RiccatiPack {
   double* moved;        // [stages + 1][XL]  p + P e
 };
 
+/// How far the stages are from stationarity and from the dynamics.
 struct StageResidual {
   double dual, primal;  ///< largest entries
   double objective;
@@ -105,6 +107,7 @@ struct RiccatiKernels {
                   double* dy);
 };
 
+/// The kernels for an instruction set.
 const RowKernels& row_kernels(Isa isa);
 
 /// The instruction set `isa` comes to on this processor.
