@@ -28,7 +28,7 @@ class Document {
   toml::table& root() { return root_; }
   const toml::table& root() const { return root_; }
 
-  /// `file:line` of a value, or of the nearest thing around it; whoever set it, if someone did.
+  /// `FILE:LINE` of a value, or of the nearest thing around it; whoever set it, if someone did.
   std::string where(const std::string& path) const;
   /// Names who set the value at a path and all below it.
   void set_by(const std::string& path, const std::string& who);

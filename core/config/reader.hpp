@@ -40,7 +40,7 @@ struct LinkedFile {
 };
 
 /// Reads one table of a TOML document key by key: every getter checks type and range, and finish() refuses the keys
-/// that nobody asked for. All errors are ConfigErrors of the form `file:line: key 'a.b': problem (allowed: ...)`, with
+/// that nobody asked for. All errors are ConfigErrors of the form `FILE:LINE: key 'a.b': problem (allowed: ...)`, with
 /// who set the key in place of file and line if it was set in memory.
 class TableReader {
  public:
@@ -79,7 +79,7 @@ class TableReader {
 
   /// Throws the ConfigError of this key.
   [[noreturn]] void fail(const std::string& key, const std::string& problem) const;
-  /// Returns `file:line` of the key, or of the table; whoever set it, if it was set in memory.
+  /// Returns `FILE:LINE` of the key, or of the table; whoever set it, if it was set in memory.
   std::string where(const std::string& key = "") const;
   const Document& document() const;
 

@@ -18,6 +18,7 @@ from pathlib import Path
 
 sys.dont_write_bytecode = True
 import comment_filter  # noqa: E402
+import mending  # noqa: E402
 import staging  # noqa: E402
 from api_names import ApiNames  # noqa: E402
 
@@ -61,8 +62,12 @@ def tool(name):
     # Debian's Sphinx first: another one in the path may lack the packages that Debian's has.
     found = shutil.which(name, path="/usr/bin") or shutil.which(name)
     if not found:
-        raise Fault(f"{name} is missing: apt-get install --no-install-recommends {PACKAGES}", 2)
+        raise missing(name)
     return found
+
+
+def missing(name):
+    return Fault(f"{name} is missing: apt-get install --no-install-recommends {PACKAGES}", 2)
 
 
 def run(command, name, **more):
@@ -76,6 +81,10 @@ class Build:
     def __init__(self, out):
         self.out, self.site, self.api = out, out / "site", out / "site" / "api"
         self.tools = {name: tool(name) for name in ("doxygen", "sphinx-build")}
+        with open(self.tools["sphinx-build"], encoding="utf-8") as script:
+            interpreter = script.readline().removeprefix("#!").split()
+        if subprocess.run([*interpreter, "-c", "import myst_parser, furo"], capture_output=True).returncode != 0:
+            raise missing("the Markdown reader or the theme of Sphinx")
 
     def unless_done(self, name, inputs, action):
         """Runs `action` unless its inputs are those of its last success."""
@@ -110,6 +119,7 @@ class Build:
         settings = (f"@INCLUDE = {SITE}/Doxyfile\nPROJECT_NUMBER = {version()}\nOUTPUT_DIRECTORY = {self.api}\n"
                     f"GENERATE_TAGFILE = {self.out}/api.tag\nLAYOUT_FILE = {layout}\n")
         self.doxygen(settings)
+        mending.mend(self.api)
         self.check_documented(settings)
 
     def doxygen(self, settings):

@@ -10,9 +10,10 @@ import shutil
 from pathlib import Path
 
 FRONT, CONTENTS, LIBRARY = (name + ".md" for name in ("index", "contents", "library"))
+STUB = "experiments/python/package/__init__.pyi"
 FOLDERS = ("core", "solvers", "controllers")
 IMAGES = (".svg", ".png", ".jpg", ".gif")
-LANGUAGES = {".py": "python", ".cpp": "cpp", ".hpp": "cpp", ".ipp": "cpp", ".toml": "toml", ".js": "javascript", ".css": "css",
+LANGUAGES = {".py": "python", ".pyi": "python", ".cpp": "cpp", ".hpp": "cpp", ".ipp": "cpp", ".toml": "toml", ".js": "javascript", ".css": "css",
              ".html": "html", ".json": "json", ".cmake": "cmake", ".sh": "bash", ".md": "markdown"}
 # Markdown's two kinds of target, and those of HTML in it.
 TARGET = re.compile(r"(?P<before>\]\(|^\[[^]]+\]: +|\b(?:src|href|srcset)=\")(?P<target>[^)\s\"#]+)(?P<anchor>#[^)\s\"]*)?", re.M)
@@ -71,7 +72,7 @@ class Staging:
             code = there.read_text(errors="replace")
             fence = "`" * (max(map(len, re.findall("`{3,}", code)), default=2) + 1)
             text = f"{fence}{LANGUAGES.get(there.suffix, 'text')}\n{code.rstrip()}\n{fence}"
-        head = "orphan: true\n" if path == "LICENSE" else "orphan: true\nnosearch: true\n"
+        head = "orphan: true\n" if path in ("LICENSE", STUB) else "orphan: true\nnosearch: true\n"
         self.files[place] = f"---\n{head}---\n\n# {path}\n\n{text}\n".encode()
 
     def rewritten(self, path):
@@ -99,12 +100,18 @@ class Staging:
             beside.append("source/LICENSE.md")
         return [*found, ("Library", [LIBRARY]), ("Project", [CONTENTS, *beside])]
 
+    @staticmethod
+    def order(header):
+        return FOLDERS.index(header.split("/")[0]), os.path.split(header)
+
     def library(self, headers):
         """The page that leads to the API reference: each folder's headers with their classes."""
+        self.show(STUB)
         lines = ["# API reference", "", "Every public header, as `#include <solenoid/...>` finds it, is in the",
-                 '<a href="api/index.html">API reference</a>; its own search knows members, too. What each header has:']
+                 '<a href="api/index.html">C++ reference</a>; its own search knows members, too. The Python package has its types and',
+                 f"functions in [one file](source/{STUB}.md). What each header has:"]
         folder = None
-        for header, classes in sorted(headers.items(), key=lambda item: (FOLDERS.index(item[0].split("/")[0]), item[0])):
+        for header, classes in sorted(headers.items(), key=lambda item: self.order(item[0])):
             if os.path.dirname(header) != folder:
                 folder = os.path.dirname(header)
                 lines += ["", f"## {folder}", "", "| header | classes |", "|---|---|"]
