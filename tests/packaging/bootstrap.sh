@@ -82,4 +82,17 @@ run 0 compare --live
 [[ $(grep -c '^npm ci' calls) == 1 ]] || fail "no npm for a live page"
 run 0 report results
 ! grep -q '^npm' calls || fail "npm although uPlot is there"
+
+# The documentation asks for tools of its own and not for the program, and its path is all that is printed.
+mkdir -p clone/docs/site
+printf 'print("build/docs/site/index.html")\n' >clone/docs/site/build.py
+stand_in dpkg-query 'for p in "${@:4}"; do
+  [[ ( $p == furo || $p == libfmt-dev ) && ! -e '"'$work/installed'"' ]] || echo "installed $p"; done'
+rm installed
+run 0 docs
+[[ $code == 0 && $(<out) == build/docs/site/index.html ]] || fail "docs became $code $(<out)"
+grep -q '^apt-get .*install.* furo$' calls || fail "no theme for the documentation: $(cat calls)"
+! grep -q '^cmake' calls || fail "the program is built for its documentation"
+run 0 docs all
+[[ $code == 2 && ! -s out ]] || fail "docs with an argument became $code"
 echo "bootstrap script: all as expected"
