@@ -144,9 +144,13 @@ class Build:
         for path in self.site.iterdir():
             if path != self.api:
                 shutil.rmtree(path) if path.is_dir() else path.unlink()
-        run([self.tools["sphinx-build"], "-q", "-W", "--keep-going", "-E", "-b", "html", "-c", SITE, "-d", self.out / "doctrees",
-             pages, self.site], "sphinx-build",
-            env={**os.environ, "SOLENOID_VERSION": version(), "SOLENOID_API_TAGS": str(self.out / "api.tag")})
+        try:
+            run([self.tools["sphinx-build"], "-q", "-W", "--keep-going", "-E", "-b", "html", "-c", SITE, "-d", self.out / "doctrees",
+                 pages, self.site], "sphinx-build",
+                env={**os.environ, "SOLENOID_VERSION": version(), "SOLENOID_API_TAGS": str(self.out / "api.tag"),
+                     "PYTHONDONTWRITEBYTECODE": "1"})
+        except Fault as fault:
+            raise Fault(str(fault).replace(f"{pages}/", "")) from None
 
         self.inline_imports()
 
