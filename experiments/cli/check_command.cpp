@@ -7,6 +7,7 @@
 #include "experiments/check/checks.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/output_options.hpp"
+#include "experiments/cli/value_kinds.hpp"
 #include "experiments/rig/calibration.hpp"
 #include "experiments/rig/plants.hpp"
 #include "experiments/rig/preflight.hpp"
@@ -110,12 +111,13 @@ void add_check(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CheckArguments>();
   options->plant.kind.clear();
   CLI::App* command = app.add_subcommand("check", "campaign files, the installation, the machine, the model, a plant");
-  command->add_option("campaigns", options->files, "campaign files to validate");
+  command->add_option("campaigns", options->files, "campaign files to validate")->type_name(value_kind::campaign);
   add_output_options(*command, options->output, {"table", "json"});
   command->add_option("--plant", options->plant.kind, "look at this plant too, outputs safe: sim, emulator or comedi")
       ->check(CLI::IsMember({"sim", "emulator", "comedi"}));
   command->add_option("--node", options->plant.address, "ADDRESS:PORT of the UDP I/O node; default 127.0.0.1:47811");
-  command->add_option("--rig", options->rig_file, "TOML of calibration, wiring and limits (docs/reference/rig.md)");
+  command->add_option("--rig", options->rig_file, "TOML of calibration, wiring and limits (docs/reference/rig.md)")
+      ->type_name(value_kind::toml);
   command->callback([options, &exit_code] { exit_code = check(*options); });
 }
 

@@ -6,6 +6,7 @@
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/live_options.hpp"
 #include "experiments/cli/output_options.hpp"
+#include "experiments/cli/value_kinds.hpp"
 #include "experiments/report/comparison.hpp"
 #include "experiments/report/live/live_server.hpp"
 #include "experiments/report/pareto.hpp"
@@ -74,16 +75,23 @@ int compare(CompareArguments options) {
 void add_compare(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CompareArguments>();
   CLI::App* command = app.add_subcommand("compare", "run variants on scenarios and rank them");
-  command->add_option("campaign", options->campaign, "campaign file, or a shipped campaign's name; default: default");
+  command->add_option("campaign", options->campaign, "campaign file, or a shipped campaign's name; default: default")
+      ->type_name(value_kind::campaign);
   add_out_option(*command, options->run.out);
   add_jobs_option(*command, options->run.jobs);
   add_output_options(*command, options->output);
   command->add_option("--variant", options->selection.variants, "these variants in place of the campaign's")
+      ->type_name(value_kind::variant)
       ->delimiter(',');
-  command->add_option("--scenario", options->selection.scenarios, "only these scenarios")->delimiter(',');
-  command->add_option("--model", options->selection.model,
-                      "every variant believes this parameter set or file (of identify), in place of its own");
+  command->add_option("--scenario", options->selection.scenarios, "only these scenarios")
+      ->type_name(value_kind::scenario)
+      ->delimiter(',');
+  command
+      ->add_option("--model", options->selection.model,
+                   "every variant believes this parameter set or file (of identify), in place of its own")
+      ->type_name(value_kind::model);
   command->add_option("--pareto", options->pareto, "draw error against switches and air into this .svg or .png")
+      ->type_name(value_kind::file)
       ->check([](const std::string& path) {
         const bool figure = path.ends_with(".svg") || path.ends_with(".png");
         return figure ? std::string() : "'" + path + "' (allowed: a file ending in .svg or .png)";

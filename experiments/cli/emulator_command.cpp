@@ -4,6 +4,7 @@
 #include "experiments/base/interrupt.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/value_kinds.hpp"
 #include "experiments/rig/emulator.hpp"
 
 #include <csignal>
@@ -62,15 +63,18 @@ int emulate(const EmulatorArguments& chosen) {
 void add_emulator(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<EmulatorArguments>();
   CLI::App* command = app.add_subcommand("emulator", "the rig as a separate process: the twin behind the UDP protocol");
-  command->add_option("--campaign", options->campaign, "where its plant is from; default rig");
-  command->add_option("--scenario", options->scenario, "whose plant it is; default cycloidal");
-  command->add_option("--variant", options->variant, "whose valves it has; default nine_state");
+  command->add_option("--campaign", options->campaign, "where its plant is from; default rig")
+      ->type_name(value_kind::campaign);
+  command->add_option("--scenario", options->scenario, "whose plant it is; default cycloidal")
+      ->type_name(value_kind::scenario);
+  command->add_option("--variant", options->variant, "whose valves it has; default nine_state")
+      ->type_name(value_kind::variant);
   command->add_option("--port", options->emulator.port, "UDP port on 127.0.0.1; default 47811")
       ->check(CLI::Range(1, 65535));
   command->add_option("--seed", options->emulator.seed, "of its noise; counts up with each session; default 1");
   command->add_option("--fault", options->faults, "a fault by script, repeatable: " + fault_help());
-  command->add_option("--report", options->report,
-                      "write what it has seen to this JSON file; default: standard output");
+  command->add_option("--report", options->report, "write what it has seen to this JSON file; default: standard output")
+      ->type_name(value_kind::file);
   command->add_option("--idle-exit", options->emulator.idle_exit_s, "end after so many seconds without a packet")
       ->check(CLI::Range(0.1, 3600.0));
   command->callback([options, &exit_code] { exit_code = emulate(*options); });

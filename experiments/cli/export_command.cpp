@@ -1,6 +1,7 @@
 #include "experiments/base/files.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/read_log.hpp"
+#include "experiments/cli/value_kinds.hpp"
 #include "experiments/rig/log/tick_fields.hpp"
 
 #include <memory>
@@ -28,8 +29,8 @@ int export_log(const ExportArguments& options) {
 void add_export(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ExportArguments>();
   CLI::App* command = app.add_subcommand("export", "a run's log as CSV");
-  command->add_option("log", options->log, "an .mcap file of `run`")->required();
-  command->add_option("--csv", options->csv, "to this file; default: standard output");
+  command->add_option("log", options->log, "an .mcap file of `run`")->type_name(value_kind::log)->required();
+  command->add_option("--csv", options->csv, "to this file; default: standard output")->type_name(value_kind::csv);
   command->callback([options, &exit_code] { exit_code = export_log(*options); });
 }
 

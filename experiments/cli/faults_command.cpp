@@ -2,6 +2,7 @@
 #include "experiments/base/result.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/output_options.hpp"
+#include "experiments/cli/value_kinds.hpp"
 #include "experiments/rig/fault_table.hpp"
 
 #include <algorithm>
@@ -38,7 +39,8 @@ void add_faults(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<FaultsArguments>();
   CLI::App* command =
       app.add_subcommand("faults", "provokes every fault of sensors, solver, processes; what they lead to");
-  command->add_option("--variant", options->variant, "a shipped variant that is real time; default nine_state");
+  command->add_option("--variant", options->variant, "a shipped variant that is real time; default nine_state")
+      ->type_name(value_kind::variant);
   add_output_options(*command, options->output, {"table", "json"});
   command->add_flag("--simulated-only", options->simulated_only, "leave out the faults of processes (about a minute)");
   command->footer("Exit code 1 if any command out of range left the controller.");

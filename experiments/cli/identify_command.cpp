@@ -5,6 +5,7 @@
 #include "experiments/base/machine.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/output_options.hpp"
+#include "experiments/cli/value_kinds.hpp"
 #include "experiments/identify/coverage_study.hpp"
 #include "experiments/identify/identify.hpp"
 #include "experiments/identify/log_source.hpp"
@@ -211,8 +212,10 @@ void add_source_options(CLI::App& command, IdentifyArguments& o) {
       .add_option("--plant", o.plant.kind,
                   "sim (the twin, faster than time; default), emulator (UDP I/O node) or comedi")
       ->check(CLI::IsMember({"sim", "emulator", "comedi"}));
-  command.add_option("--twin", o.twin_file,
-                     "sim: TOML of the twin (docs/reference/twin.md), or study; default: the nominal one");
+  command
+      .add_option("--twin", o.twin_file,
+                  "sim: TOML of the twin (docs/reference/twin.md), or study; default: the nominal one")
+      ->type_name(value_kind::toml);
   command.add_option("--mismatch", o.mismatch, "sim: factors on it: friction=1.5,flow=0.8,supply=,delay=,inertia=")
       ->delimiter(',');
   command.add_option("--seed", o.run.seed, "of the random sequences and a simulated plant's noise; default 1");
@@ -220,9 +223,11 @@ void add_source_options(CLI::App& command, IdentifyArguments& o) {
       ->check(CLI::Range(0.0, 10.0));
   command.add_option("--valves", o.run.valves, "two_way (default) or three_way")
       ->check(CLI::IsMember({"two_way", "three_way"}));
-  command.add_option("--rig", o.rig_file, "TOML of calibration, wiring and limits (docs/reference/rig.md)");
+  command.add_option("--rig", o.rig_file, "TOML of calibration, wiring and limits (docs/reference/rig.md)")
+      ->type_name(value_kind::toml);
   command.add_option("--node", o.plant.address, "ADDRESS:PORT of the UDP I/O node; default 127.0.0.1:47811");
   command.add_option("--log", o.logs, "no experiment: an MCAP log of run, or a CSV; repeatable")
+      ->type_name(value_kind::file)
       ->allow_extra_args(false);
   command
       .add_option("--column", o.log.columns,
@@ -241,10 +246,12 @@ void add_identify(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("identify", "the actuator's parameters from experiments or logs, with intervals");
   add_source_options(*command, o);
-  command->add_option("--experiments", o.experiments, "TOML of other experiments (docs/how-to/identification.md)");
+  command->add_option("--experiments", o.experiments, "TOML of other experiments (docs/how-to/identification.md)")
+      ->type_name(value_kind::toml);
   command->add_option("--only", o.only, "only these experiments")->delimiter(',');
-  command->add_option("--base", o.base, "parameter set that is corrected; default consistent");
-  command->add_option("--out", o.out, "results folder; default results/identify-TIME");
+  command->add_option("--base", o.base, "parameter set that is corrected; default consistent")
+      ->type_name(value_kind::parameter_set);
+  command->add_option("--out", o.out, "results folder; default results/identify-TIME")->type_name(value_kind::folder);
   add_output_options(*command, o.output);
   command->add_flag("--records", o.records, "keep a simulated plant's records too, as CSV");
   command->add_flag("--no-figures", o.no_figures, "no residual plots");

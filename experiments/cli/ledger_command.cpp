@@ -3,6 +3,7 @@
 #include "experiments/base/result.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/output_options.hpp"
+#include "experiments/cli/value_kinds.hpp"
 #include "experiments/ledger/ledger.hpp"
 #include "experiments/profile/shipped_instances.hpp"
 
@@ -65,8 +66,10 @@ void add_ledger(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<LedgerCommand>();
   CLI::App* command =
       app.add_subcommand("ledger", "optimality gaps of every kind of solver on the same recorded problems");
-  command->add_option("--instances", options->instances, "this file of problems; default: the shipped ones");
+  command->add_option("--instances", options->instances, "this file of problems; default: the shipped ones")
+      ->type_name(value_kind::file);
   command->add_option("--variant", options->variants, "problems of these variants; default nine_state,nine_state_4")
+      ->type_name(value_kind::variant)
       ->delimiter(',');
   command->add_option("--states", options->options.states, "recorded states a variant; default 200")
       ->check(CLI::Range(1, 100000));

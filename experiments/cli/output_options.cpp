@@ -2,6 +2,7 @@
 
 #include "experiments/base/files.hpp"
 #include "experiments/base/result.hpp"
+#include "experiments/cli/value_kinds.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -34,9 +35,12 @@ void OutputOptions::write(const Result& result, bool finished) const {
 
 void add_output_options(CLI::App& command, OutputOptions& options, const std::vector<std::string>& formats) {
   options.format = formats.front();
-  command.add_option("--format", options.format, fmt::format("{}; on standard output", fmt::join(formats, ", ")))
+  command
+      .add_option("--format", options.format,
+                  fmt::format("{}; on standard output; default {}", fmt::join(formats, ", "), formats.front()))
       ->check(CLI::IsMember(formats));
-  command.add_option("--html", options.html, "write tables and plot as a page into this file too");
+  command.add_option("--html", options.html, "write tables and plot as a page into this file too")
+      ->type_name(value_kind::html);
 }
 
 void add_figure_options(CLI::App& command, OutputOptions& options, const std::string& drawn) {
@@ -45,8 +49,12 @@ void add_figure_options(CLI::App& command, OutputOptions& options, const std::st
       return path.ends_with(end) ? std::string() : "'" + path + "' (allowed: a file ending in " + end + ")";
     };
   };
-  command.add_option("--svg", options.svg, "write " + drawn + " to this SVG file")->check(ending(".svg"));
-  command.add_option("--png", options.png, "write " + drawn + " to this PNG file")->check(ending(".png"));
+  command.add_option("--svg", options.svg, "write " + drawn + " to this SVG file")
+      ->type_name(value_kind::svg)
+      ->check(ending(".svg"));
+  command.add_option("--png", options.png, "write " + drawn + " to this PNG file")
+      ->type_name(value_kind::png)
+      ->check(ending(".png"));
 }
 
 void add_jobs_option(CLI::App& command, int& jobs) {
@@ -54,9 +62,9 @@ void add_jobs_option(CLI::App& command, int& jobs) {
 }
 
 void add_out_option(CLI::App& command, std::string& out, const std::string& kept) {
-  command.add_option("--out", out, kept + "; one that is there already is resumed")->check([](const std::string& text) {
-    return text.empty() ? "empty (allowed: a folder)" : std::string();
-  });
+  command.add_option("--out", out, kept + "; one that is there already is resumed")
+      ->type_name(value_kind::folder)
+      ->check([](const std::string& text) { return text.empty() ? "empty (allowed: a folder)" : std::string(); });
 }
 
 }  // namespace solenoid

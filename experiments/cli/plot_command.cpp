@@ -1,5 +1,6 @@
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/value_kinds.hpp"
 #include "experiments/report/run_figure.hpp"
 
 #include <memory>
@@ -29,13 +30,18 @@ void run_plot(const PlotOptions& options) {
 void add_plot(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("plot", "one run as five plots: position, error, valves, forces");
   const auto options = std::make_shared<PlotOptions>();
-  command->add_option("campaign", options->campaign, "campaign file (default: the shipped one)");
-  command->add_option("--variant", options->variant, "a variant of the campaign or a shipped one")->required();
-  command->add_option("--scenario", options->scenario, "a scenario of the campaign")->required();
-  command->add_option("--seed", options->seed, "seed of the sensor noise");
+  command->add_option("campaign", options->campaign, "campaign file, or a shipped campaign's name; default: default")
+      ->type_name(value_kind::campaign);
+  command->add_option("--variant", options->variant, "a variant of the campaign or a shipped one")
+      ->type_name(value_kind::variant)
+      ->required();
+  command->add_option("--scenario", options->scenario, "a scenario of the campaign")
+      ->type_name(value_kind::scenario)
+      ->required();
+  command->add_option("--seed", options->seed, "seed of the sensor noise; default 1");
   CLI::Option_group* output = command->add_option_group("output");
-  output->add_option("--svg", options->svg, "write this SVG file");
-  output->add_option("--png", options->png, "write this PNG file");
+  output->add_option("--svg", options->svg, "write this SVG file")->type_name(value_kind::svg);
+  output->add_option("--png", options->png, "write this PNG file")->type_name(value_kind::png);
   output->require_option(1);
   command->callback([options, &exit_code] {
     run_plot(*options);

@@ -7,6 +7,7 @@
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/output_options.hpp"
 #include "experiments/cli/read_log.hpp"
+#include "experiments/cli/value_kinds.hpp"
 #include "experiments/profile/profile_report.hpp"
 #include "experiments/profile/record.hpp"
 #include "experiments/profile/shipped_instances.hpp"
@@ -129,18 +130,26 @@ void add_profile(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ProfileArguments>();
   CLI::App* command = app.add_subcommand("profile", "solver time on recorded problems, and where it goes");
   CLI::Option* campaign =
-      command->add_option("campaign", options->campaign,
-                          "record the problems of this campaign, or of a run's log.mcap; default: shipped ones");
-  CLI::Option* record = command->add_option("--record", options->record, "keep the recorded problems in this file");
+      command
+          ->add_option("campaign", options->campaign,
+                       "record the problems of this campaign, or of a run's log.mcap; default: shipped ones")
+          ->type_name(value_kind::campaign_or_log);
+  CLI::Option* record = command->add_option("--record", options->record, "keep the recorded problems in this file")
+                            ->type_name(value_kind::file);
   command->add_option("--instances", options->instances, "replay this file of problems")
+      ->type_name(value_kind::file)
       ->excludes(campaign)
       ->excludes(record);
-  command->add_option("--variant", options->selection.variants, "only these variants")->delimiter(',');
+  command->add_option("--variant", options->selection.variants, "only these variants")
+      ->type_name(value_kind::variant)
+      ->delimiter(',');
   command->add_option("--scenario", options->selection.scenarios, "only these scenarios of the campaign")
+      ->type_name(value_kind::scenario)
       ->delimiter(',');
   add_measuring(*command, *options);
-  command->add_option("--save", options->save, "keep this profile for a later --against");
-  command->add_option("--against", options->against, "compare with an earlier profile; exit code 1 if slower");
+  command->add_option("--save", options->save, "keep this profile for a later --against")->type_name(value_kind::file);
+  command->add_option("--against", options->against, "compare with an earlier profile; exit code 1 if slower")
+      ->type_name(value_kind::file);
   command->add_option("--threshold", options->threshold, "ratio that counts as slower; default 1.2")
       ->check(CLI::Range(1.0, 1000.0));
   add_output_options(*command, options->output);

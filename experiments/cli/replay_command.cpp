@@ -2,6 +2,7 @@
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/read_log.hpp"
+#include "experiments/cli/value_kinds.hpp"
 #include "experiments/rig/log/tick_fields.hpp"
 #include "experiments/rig/replay_run.hpp"
 
@@ -61,10 +62,12 @@ int replay(const ReplayArguments& options) {
 void add_replay(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ReplayArguments>();
   CLI::App* command = app.add_subcommand("replay", "a run's recorded measurements through a controller again");
-  command->add_option("log", options->log, "an .mcap file of `run`")->required();
-  command->add_option("--variant", options->variant, "another variant; default: the log's own, which must agree");
-  command->add_option("--csv", options->csv, "write the ticks with the replay's decisions to this file");
-  command->add_option("--format", options->format, "table or json, on standard output")
+  command->add_option("log", options->log, "an .mcap file of `run`")->type_name(value_kind::log)->required();
+  command->add_option("--variant", options->variant, "another variant; default: the log's own, which must agree")
+      ->type_name(value_kind::variant);
+  command->add_option("--csv", options->csv, "write the ticks with the replay's decisions to this file")
+      ->type_name(value_kind::csv);
+  command->add_option("--format", options->format, "table or json, on standard output; default table")
       ->check(CLI::IsMember({"table", "json"}));
   command->callback([options, &exit_code] { exit_code = replay(*options); });
 }

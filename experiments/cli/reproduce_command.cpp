@@ -1,6 +1,7 @@
 #include "experiments/base/result.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/output_options.hpp"
+#include "experiments/cli/value_kinds.hpp"
 #include "experiments/thesis/reproduce.hpp"
 
 #include <algorithm>
@@ -43,7 +44,7 @@ void add_reproduce(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<ReproduceOptions>();
   std::string known;
   for (const ReproducibleTable& table : reproducible_tables()) known += table.name + ", ";
-  command->add_option("tables", options->tables, known + "or all (default)");
+  command->add_option("tables", options->tables, known + "or all (default)")->type_name(value_kind::table);
   add_output_options(*command, options->output);
   add_jobs_option(*command, options->jobs);
   command->callback([options, &exit_code] {

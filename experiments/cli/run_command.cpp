@@ -6,6 +6,7 @@
 #include "experiments/campaign/results_folder.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/live_options.hpp"
+#include "experiments/cli/value_kinds.hpp"
 #include "experiments/report/live/live_server.hpp"
 #include "experiments/rig/calibration.hpp"
 #include "experiments/rig/plants.hpp"
@@ -183,15 +184,18 @@ int run(const RunArguments& chosen) {
 }
 
 void add_plant_options(CLI::App& command, RunArguments& o) {
-  command.add_option("--plant", o.plant.kind, "sim (the twin in this process), emulator (UDP I/O node) or comedi")
+  command
+      .add_option("--plant", o.plant.kind,
+                  "sim (the twin in this process), emulator (UDP I/O node) or comedi; default sim")
       ->check(CLI::IsMember({"sim", "emulator", "comedi"}));
-  command.add_option("--rig", o.rig_file, "TOML of calibration, wiring and limits (docs/reference/rig.md)");
+  command.add_option("--rig", o.rig_file, "TOML of calibration, wiring and limits (docs/reference/rig.md)")
+      ->type_name(value_kind::toml);
   command.add_option("--node", o.plant.address, "ADDRESS:PORT of the UDP I/O node; default 127.0.0.1:47811");
   command.add_option("--fault", o.faults, "provoke a fault, repeatable: " + fault_help());
 }
 
 void add_realtime_options(CLI::App& command, RunArguments& o) {
-  command.add_option("--policy", o.policy, "plans take effect at_once or in the next_slot")
+  command.add_option("--policy", o.policy, "plans take effect at_once (default) or in the next_slot")
       ->check(CLI::IsMember({"at_once", "next_slot"}));
   command.add_flag("--no-realtime", o.no_realtime, "do not ask for SCHED_FIFO");
   command.add_option("--tick-core", o.session.tick_core, "core of the 1 ms tick; default: any")
@@ -214,16 +218,19 @@ void add_realtime_options(CLI::App& command, RunArguments& o) {
 void add_run(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<RunArguments>();
   CLI::App* command = app.add_subcommand("run", "a variant in real time, on the twin, the emulator or the rig");
-  command->add_option("variant", options->variant, "a variant of the campaign or a shipped one")->required();
-  command->add_option("--campaign", options->campaign, "where the task is from: a file, or a shipped one; default rig");
-  command->add_option("--scenario", options->scenario, "the task; default cycloidal");
+  command->add_option("variant", options->variant, "a variant of the campaign or a shipped one")
+      ->type_name(value_kind::variant)
+      ->required();
+  command->add_option("--campaign", options->campaign, "where the task is from: a file, or a shipped one; default rig")
+      ->type_name(value_kind::campaign);
+  command->add_option("--scenario", options->scenario, "the task; default cycloidal")->type_name(value_kind::scenario);
   command->add_option("--duration", options->duration_s, "seconds; default: the task's")
       ->check(CLI::Range(0.01, 86400.0));
   command->add_option("--seed", options->seed, "of a simulated plant's noise; default 1");
   command->add_option("--repeat", options->repeat, "so many runs, seeds counting up; mean and spread at the end")
       ->check(CLI::Range(1, 1000));
-  command->add_option("--out", options->out, "results folder; default results/run-TIME");
-  command->add_option("--format", options->format, "table or json, on standard output")
+  command->add_option("--out", options->out, "results folder; default results/run-TIME")->type_name(value_kind::folder);
+  command->add_option("--format", options->format, "table or json, on standard output; default table")
       ->check(CLI::IsMember({"table", "json"}));
   command->add_flag("--quiet", options->quiet, "no status line");
   add_live_options(*command, options->live, options->live_port);

@@ -46,7 +46,7 @@ void add_scaling(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ScalingCommand>();
   CLI::App* command = app.add_subcommand("scaling", "the search's nodes and time against blocks and valve states");
   add_output_options(*command, options->output);
-  command->add_option("--instances", options->study.instances, "recorded states a valve set")
+  command->add_option("--instances", options->study.instances, "recorded states a valve set; default 200")
       ->check(CLI::Range(1, 3000));
   command->add_flag("--cylinder", options->study.cylinder, "the cylinder alone, without the motor in the prediction");
   add_figure_options(*command, options->output);

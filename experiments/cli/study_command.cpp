@@ -4,6 +4,7 @@
 #include "experiments/base/result.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/output_options.hpp"
+#include "experiments/cli/value_kinds.hpp"
 #include "experiments/identify/coverage_study.hpp"
 #include "experiments/study/fishing.hpp"
 #include "experiments/study/force_ratio.hpp"
@@ -73,8 +74,10 @@ void add_identification(CLI::App& study, int& exit_code) {
       "identification", "identified values against the truth of a twin that has the model's equations, seed by seed");
   command->add_option("--seeds", options->settings.seeds, "so many, counting up from 1; default 100")
       ->check(CLI::Range(1, 100000));
-  command->add_option("--twin", options->twin_file,
-                      "TOML of another twin (docs/reference/twin.md); default: the study's own");
+  command
+      ->add_option("--twin", options->twin_file,
+                   "TOML of another twin (docs/reference/twin.md); default: the study's own")
+      ->type_name(value_kind::toml);
   options->settings.jobs = 0;
   add_jobs_option(*command, options->settings.jobs);
   add_output_options(*command, options->output);
@@ -107,7 +110,10 @@ void add_sweep(CLI::App& study, int& exit_code, const std::string& name, const s
   auto options = std::make_shared<SweepCommand>();
   options->file = "studies/" + name + ".toml";  // the shipped one; no folder of results has its name
   CLI::App* command = study.add_subcommand(name, help);
-  if (name == "sweep") command->add_option("file", options->file, "a study (docs/how-to/studies.md)")->required();
+  if (name == "sweep")
+    command->add_option("file", options->file, "a study (docs/how-to/studies.md)")
+        ->type_name(value_kind::toml)
+        ->required();
   add_out_option(*command, options->run.out);
   add_jobs_option(*command, options->run.jobs);
   add_output_options(*command, options->output);
@@ -149,7 +155,8 @@ void add_force_ratio(CLI::App& study, int& exit_code) {
       ->check(CLI::Range(1, 999));
   command->add_option("--judged", s.judged, "others, a motion, that the figures come from; default 10")
       ->check(CLI::Range(1, 999));
-  command->add_option("--assumptions", s.assumptions, "a TOML file of what differs from tasks/force_ratio.toml");
+  command->add_option("--assumptions", s.assumptions, "a TOML file of what differs from tasks/force_ratio.toml")
+      ->type_name(value_kind::toml);
   command->add_flag("--quick", s.quick, "motions of a second: tries the command, gives no figure");
   add_jobs_option(*command, s.jobs);
   add_out_option(*command, s.out, "folder");

@@ -4,6 +4,7 @@
 #include "experiments/base/result.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/output_options.hpp"
+#include "experiments/cli/value_kinds.hpp"
 #include "experiments/tune/tune_report.hpp"
 
 #include <cstdio>
@@ -59,15 +60,19 @@ void add_tune(CLI::App& app, int& exit_code) {
   TuneSettings& s = options->settings;
   CLI::App* command =
       app.add_subcommand("tune", "search a variant's numbers on training plants, judge on held-out ones");
-  command->add_option("variant", s.variant, "a variant of the campaign or a shipped one")->required();
+  command->add_option("variant", s.variant, "a variant of the campaign or a shipped one")
+      ->type_name(value_kind::variant)
+      ->required();
   command
       ->add_option(
           "--free", options->free,
           "a key of the variant and its range, repeatable: cost.switching=1e-9..1e-6:log, horizon.steps=20..100:whole, "
           "horizon.blocks.0=1..6:whole (the first block; steps follow)")
       ->required();
-  command->add_option("--campaign", s.campaign,
-                      "file or shipped campaign; scenarios named held_out... judge, the others train; default tuning");
+  command
+      ->add_option("--campaign", s.campaign,
+                   "file or shipped campaign; scenarios named held_out... judge, the others train; default tuning")
+      ->type_name(value_kind::campaign);
   command
       ->add_option("--objective", options->objective,
                    "rmse: of the true position; step: overshoot and steady-state error of step tests; default rmse")
