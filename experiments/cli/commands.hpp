@@ -36,5 +36,8 @@ void add_faults(CLI::App& app, int& exit_code);
 void add_tune(CLI::App& app, int& exit_code);
 void add_identify(CLI::App& app, int& exit_code);
 void add_size(CLI::App& app, int& exit_code);
+void add_man(CLI::App& app, int& exit_code);
+void add_completion(CLI::App& app, int& exit_code);
+void add_complete(CLI::App& app, int& exit_code);  ///< hidden: what completion asks
 
 }  // namespace solenoid

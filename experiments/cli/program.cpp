@@ -20,7 +20,7 @@ std::string problem_with_command(const CLI::App& app, const std::string& name) {
   std::string known;
   for (const CLI::App* command : app.get_subcommands({})) {
     if (command->get_name() == name) return {};
-    known += (known.empty() ? "" : ", ") + command->get_name();
+    if (!command->get_group().empty()) known += (known.empty() ? "" : ", ") + command->get_name();
   }
   return "'" + name + "' is no command (allowed: " + known + ")";
 }
@@ -51,6 +51,9 @@ int run(int argc, char** argv) {
   add_tune(app, exit_code);
   add_identify(app, exit_code);
   add_size(app, exit_code);
+  add_man(app, exit_code);
+  add_completion(app, exit_code);
+  add_complete(app, exit_code);
   if (argc < 2) {
     write_standard_output(app.help());
     return success;
