@@ -95,4 +95,31 @@ grep -q '^apt-get .*install.* furo$' calls || fail "no theme for the documentati
 ! grep -q '^cmake' calls || fail "the program is built for its documentation"
 run 0 docs all
 [[ $code == 2 && ! -s out ]] || fail "docs with an argument became $code"
+# Packages: what is installed is built, then packed afresh; not without uPlot, and nothing is left of older ones.
+stand_in cpack 'echo "cpack $*" >>'"'$work/calls'"'; mkdir -p "${!#}/_CPack_Packages"; touch "${!#}/solenoid_9_all.deb"
+[[ ! -e '"'$work/unpackable'"' ]] || { echo "no shlibs"; exit 1; }'
+mkdir -p clone/build/packages
+touch clone/build/packages/solenoid_8_all.deb
+run 0 package
+[[ $code == 0 && $(<out) == "$work/clone/build/packages/solenoid_9_all.deb" ]] || fail "packages became $code $(<out)"
+[[ $(ls clone/build/packages) == solenoid_9_all.deb ]] || fail "left in build/packages: $(ls clone/build/packages)"
+expect "cpack --config $work/clone/build/release/CPackConfig.cmake -G DEB" calls
+expect 'no python3-solenoid' err
+touch unpackable
+run 0 package
+[[ $code == 1 && ! -s out ]] || fail "exit code $code when cpack fails"
+expect 'no shlibs' err
+run 0 package solenoid
+[[ $code == 2 && ! -s calls ]] || fail "exit code $code with an argument too many"
+rm -r clone/node_modules
+stand_in npm 'exit 1'
+run 0 package
+[[ $code == 2 ]] || fail "exit code $code without uPlot"
+expect 'without uPlot' err
+! grep -q '^cpack' calls || fail "packed without uPlot"
+
+# Completion builds nothing, and adds what the script alone knows.
+touch sound
+run 0 complete -- pack
+[[ $code == 0 && ! -s calls && $(<out) == *package ]] || fail "completion became $code $(<out)"
 echo "bootstrap script: all as expected"
