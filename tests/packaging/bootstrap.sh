@@ -118,6 +118,17 @@ run 0 package
 expect 'without uPlot' err
 ! grep -q '^cpack' calls || fail "packed without uPlot"
 
+# What nothing is compiled against is installed while the compiler works; without it the program runs all the same.
+touch sound
+sed -i 's/^late_packages=.*/late_packages=(drawer)/' clone/solenoid
+stand_in dpkg-query 'for p in "${@:4}"; do [[ $p == drawer ]] || echo "installed $p"; done'
+run 0 list
+[[ $code == 7 && $(grep -c '^apt-get .*install.* drawer$' calls) == 1 ]] || fail "the drawer was not asked for: $(cat calls)"
+stand_in apt-get 'exit 100'
+run 0 list
+[[ $code == 7 ]] || fail "exit code $code without the drawer"
+expect 'without drawer nothing is plotted' err
+
 # Completion builds nothing, and adds what the script alone knows.
 touch sound
 run 0 complete -- pack
