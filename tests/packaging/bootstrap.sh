@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
 # The bootstrap script against a machine that lacks packages: dpkg-query, apt-get, sudo, id and cmake are stand-ins that
 # record what they are asked. Arguments: the repository, a scratch folder.
+# shellcheck disable=SC2016  # what single quotes keep is for the stand-ins to expand
 set -euo pipefail
 unset CI
 work="$2/boot strap"
 rm -rf -- "$work"
 mkdir -p "$work/clone" "$work/bin"
-cp "$1/solenoid" "$work/clone/"
+cp "$1/solenoid" "$1/CMakePresets.json" "$work/clone/"
 cd "$work"
 
 stand_in() { printf '#!/bin/bash\n%s\n' "$2" >"bin/$1"; chmod +x "bin/$1"; }
@@ -50,15 +51,15 @@ run 0 list
 ! grep -q apt-get calls || fail "apt-get although all is installed"
 
 # A build that fails shows its output; one that succeeds is silent on standard output and hands on the arguments.
-stand_in cmake 'release='"'$work/clone/build/release'"'
+stand_in cmake 'echo "cmake $*" >>'"'$work/calls'"'
 case $1 in
-  --preset) mkdir -p "$release"; touch "$release/build.ninja"
-            printf "CMAKE_HOME_DIRECTORY:INTERNAL=%s\nSOLENOID_TESTS:BOOL=%s\n" "$PWD" "${3#*=}" >"$release/CMakeCache.txt" ;;
+  --preset) build='"'$work/clone/build'"'/$2; mkdir -p "$build"; touch "$build/build.ninja"
+            printf "CMAKE_HOME_DIRECTORY:INTERNAL=%s\nSOLENOID_TESTS:BOOL=%s\n" "$PWD" "${3#*=}" >"$build/CMakeCache.txt" ;;
   --build) echo "[1/2] Building x.o"
            [[ -e '"'$work/sound'"' ]] || { echo "error: boom"; exit 1; }
-           mkdir -p "$release/bin"
-           printf "#!/bin/bash\nprintf \"%%s|\" \"\$PWD\" \"\$@\"; exit 7\n" >"$release/bin/solenoid"
-           chmod +x "$release/bin/solenoid" ;;
+           mkdir -p "$2/bin"
+           printf "#!/bin/bash\nprintf \"%%s|\" \"\$PWD\" \"\$@\"; exit 7\n" >"$2/bin/solenoid"
+           chmod +x "$2/bin/solenoid" ;;
 esac'
 run 0 list
 [[ $code == 1 && ! -s out ]] || fail "exit code $code when the build fails"
@@ -95,6 +96,7 @@ grep -q '^apt-get .*install.* furo$' calls || fail "no theme for the documentati
 ! grep -q '^cmake' calls || fail "the program is built for its documentation"
 run 0 docs all
 [[ $code == 2 && ! -s out ]] || fail "docs with an argument became $code"
+
 # Packages: what is installed is built, then packed afresh; not without uPlot, and nothing is left of older ones.
 stand_in cpack 'echo "cpack $*" >>'"'$work/calls'"'; mkdir -p "${!#}/_CPack_Packages"; touch "${!#}/solenoid_9_all.deb"
 [[ ! -e '"'$work/unpackable'"' ]] || { echo "no shlibs"; exit 1; }'
@@ -133,4 +135,37 @@ expect 'without drawer nothing is plotted' err
 touch sound
 run 0 complete -- pack
 [[ $code == 0 && ! -s calls && $(<out) == *package ]] || fail "completion became $code $(<out)"
+
+# The tests of another build: configured, built and run as its preset says, with the other arguments for ctest.
+stand_in ctest 'printf "%s|" "$PWD" "$@"; exit 8'
+run 0 test -R core
+[[ $code == 8 && $(<out) == "$work/clone|--preset|release|--parallel|1|-R|core|" ]] || fail "tests became $code $(<out)"
+run 0 test -R core --preset ubsan --repeat until-pass:2
+[[ $code == 8 && $(<out) == "$work/clone|--preset|ubsan|--parallel|1|-R|core|--repeat|until-pass:2|" ]] ||
+  fail "tests of a preset became $code $(<out)"
+expect 'cmake --preset ubsan -DSOLENOID_TESTS=ON' calls
+expect "cmake --build $work/clone/build/ubsan --target all" calls
+run 0 test --preset=ubsan
+! grep -q -- --preset calls || fail "what is configured was configured again"
+touch -d '1 minute' clone/CMakePresets.json
+run 0 test --preset=ubsan
+grep -q -- '--preset ubsan' calls || fail "presets that changed change no build"
+for wrong in nonsense sanitizer a.an ''; do
+  run 0 test --preset "$wrong"
+  [[ $code == 2 && ! -s calls ]] || fail "exit code $code for --preset '$wrong'"
+  expect "--preset $wrong: no such preset; there are: release dev asan ubsan tsan noalloc" err
+done
+
+# Where memory is laid out too much at random, a sanitizer's tests run without that.
+stand_in cat '[[ $* == *mmap_rnd_bits* ]] && echo 32 || /bin/cat "$@"'
+stand_in setarch 'echo "setarch $*" >>'"'$work/calls'"'; shift; exec "$@"'
+run 0 test --preset tsan -R core
+[[ $code == 8 && $(<out) == "$work/clone|--preset|tsan|--parallel|1|-R|core|" ]] || fail "under setarch: $code $(<out)"
+expect "setarch -R $work/clone/solenoid test --preset tsan -R core" calls
+run 0 test --preset dev
+! grep -q setarch calls || fail "setarch for a build without sanitizers"
+stand_in setarch 'exit 1'
+run 0 test --preset asan
+[[ $code == 8 ]] || fail "exit code $code without setarch"
+expect 'setarch -R is not permitted' err
 echo "bootstrap script: all as expected"
