@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/mpc/flatten.hpp"
 #include "core/mpc/plan.hpp"
 
 #include <algorithm>
@@ -96,9 +97,9 @@ inline void roll_step(const Problem<M>& problem, std::size_t j, const Vector<Sca
 /// Everything is inlined here, and state and cost live in locals, so that a step of the loop hands its results to the
 /// next in registers: a prediction is one long dependency chain, and each detour over memory lengthens it.
 template <HybridModel M>
-[[gnu::flatten]] void roll_block(const Problem<M>& problem, const SwitchTiming& timing, int mode, int length,
-                                 const ContinuousOf<M>& planned, Rollout<M>& r,
-                                 std::span<OutputOf<M>> outputs = {}) noexcept {
+[[SOLENOID_FLATTEN]] void roll_block(const Problem<M>& problem, const SwitchTiming& timing, int mode, int length,
+                                     const ContinuousOf<M>& planned, Rollout<M>& r,
+                                     std::span<OutputOf<M>> outputs = {}) noexcept {
   const SwitchPattern pattern = problem.modes.pattern(mode);
   bool feasible = r.feasible && r.lines.may_command(pattern, timing);
   const int changes = std::popcount(pattern ^ r.lines.commanded());

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "core/mpc/flatten.hpp"
+
 #include <cmath>
 #include <cstddef>
 #include <cstring>
@@ -199,12 +201,12 @@ Dual<n, w> tanh(const Dual<n, w>& x) {
 ///
 /// Everything is inlined into the two copies: what is not would be compiled for either processor.
 template <class Body>
-[[gnu::flatten, gnu::noinline]] void with_two_lanes(const Body& body) {
+[[SOLENOID_FLATTEN, gnu::noinline]] void with_two_lanes(const Body& body) {
   body(std::integral_constant<int, 2>{});
 }
 #if defined(__x86_64__)
 template <class Body>
-[[gnu::flatten, gnu::noinline, gnu::target("avx2")]] void with_four_lanes(const Body& body) {
+[[SOLENOID_FLATTEN, gnu::noinline, gnu::target("avx2")]] void with_four_lanes(const Body& body) {
   body(std::integral_constant<int, 4>{});
 }
 /// Calls body with the widest of them that this processor has.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/mpc/flatten.hpp"
 #include "core/mpc/phases.hpp"
 #include "solvers/minlp/relaxed_gradient.hpp"
 
@@ -98,7 +99,7 @@ class ProjectedGradient final : public RelaxedSolver<M> {
     std::copy(from.weights.begin(), from.weights.end(), to.weights.begin());
     std::copy(from.continuous.begin(), from.continuous.end(), to.continuous.begin());
   }
-  [[gnu::flatten]] double cost_of(const Problem<M>& problem, const Point& x) const noexcept {
+  [[SOLENOID_FLATTEN]] double cost_of(const Problem<M>& problem, const Point& x) const noexcept {
     const PhaseScope timed(phases_, Phase::rollout);
     return relaxed_cost<M, double>(problem, timing_, grid_, std::span<const double>(x.weights), x.continuous);
   }

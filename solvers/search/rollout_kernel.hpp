@@ -137,8 +137,8 @@ bool any_below(const Batch (&cost)[batches], const Batch& cutoff) {
 
 /// `batches` registers of candidates from lane `lane0`, interleaved so that one's latency hides behind the others.
 template <HybridModel M, class Batch, int batches, bool constrained>
-[[gnu::flatten]] void roll_some(const Problem<M>& problem, const RollSpan<M>& span, const LaneInputs<M>& inputs,
-                                Lanes<M>& lanes, int lane0) noexcept {
+[[SOLENOID_FLATTEN]] void roll_some(const Problem<M>& problem, const RollSpan<M>& span, const LaneInputs<M>& inputs,
+                                    Lanes<M>& lanes, int lane0) noexcept {
   constexpr int width = static_cast<int>(Batch::size);
   Rows<Batch, M::state_size> x[batches];
   Rows<Batch, M::switched_size> s[batches];
@@ -209,8 +209,8 @@ Batch outside_square(const OutputOf<M>& weight, const OutputOf<M>& reference, co
 }
 
 template <HybridModel M, class Batch, int batches>
-[[gnu::flatten]] void enclose_some(const Problem<M>& problem, const RollSpan<M>& span, const LaneInputs<M>& lowest,
-                                   const LaneInputs<M>& highest, Boxes<M>& boxes, int lane0) noexcept {
+[[SOLENOID_FLATTEN]] void enclose_some(const Problem<M>& problem, const RollSpan<M>& span, const LaneInputs<M>& lowest,
+                                       const LaneInputs<M>& highest, Boxes<M>& boxes, int lane0) noexcept {
   constexpr int width = static_cast<int>(Batch::size);
   Rows<Batch, M::state_size> low[batches], high[batches];
   Rows<Batch, M::switched_size> least[batches], most[batches];

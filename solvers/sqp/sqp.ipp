@@ -366,7 +366,7 @@ void Sqp<M, P, A>::damp(double by) noexcept {
 
 /// cost + penalty |defects|_1, by the smooth physics, in units of the cost's scale.
 template <HybridModel M, int P, int A>
-[[gnu::flatten]] double Sqp<M, P, A>::merit(const Problem<M>& problem, const Point& at) noexcept {
+[[SOLENOID_FLATTEN]] double Sqp<M, P, A>::merit(const Problem<M>& problem, const Point& at) noexcept {
   const PhaseScope timed(phases_, Phase::rollout);
   double cost = 0.0, gaps = 0.0;
   typename Trans::Memory a = Trans::Memory::Zero();
@@ -448,7 +448,7 @@ void Sqp<M, P, A>::move(double length) noexcept {
 
 /// relaxed_cost() with everything inlined, as the rollouts of the searches are.
 template <HybridModel M, int P, int A>
-[[gnu::flatten]] double Sqp<M, P, A>::exact_cost(const Problem<M>& problem, RelaxedPlan<M>& plan) const noexcept {
+[[SOLENOID_FLATTEN]] double Sqp<M, P, A>::exact_cost(const Problem<M>& problem, RelaxedPlan<M>& plan) const noexcept {
   const PhaseScope timed(phases_, Phase::rollout);
   return relaxed_cost<M, double>(problem, t_.timing, t_.grid, std::span<const double>(plan.weights), plan.continuous,
                                  plan.outputs);
