@@ -2,6 +2,7 @@
 #include "experiments/base/embedded.hpp"
 #include "experiments/check/checks.hpp"
 #include "experiments/rig/comedi_io.hpp"
+#include "solvers/minlp/bonmin.hpp"
 
 #include <cstdio>
 #include <cstdlib>
@@ -11,9 +12,12 @@
 
 #include <CLI/Version.hpp>
 #include <Eigen/Core>
+#include <IpoptConfig.h>
 #include <amd.h>
+#include <boost/version.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <nlopt.h>
 #include <spdlog/version.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -60,6 +64,21 @@ Check optional_library(const char* name, const char* package, const char* use,
   return {"optional", name, "ok", fmt::format("{} ({})", found->second, use)};
 }
 
+/// Solvers that are linked: there whatever packages this machine has.
+std::vector<Check> linked_solvers() {
+  int major = 0, minor = 0, bugfix = 0;
+  nlopt_version(&major, &minor, &bugfix);
+  const Check bonmin = minlp::available() ? Check{"built with", "Bonmin", "ok", "mixed-integer reference solver"}
+                                          : Check{"optional", "Bonmin", "missing",
+                                                  "mixed-integer reference solver: apt-get install "
+                                                  "coinor-libbonmin-dev, build afresh"};
+  return {{"built with", "Boost", "ok",
+           fmt::format("{}.{} (the truth plant)", BOOST_VERSION / 100000, BOOST_VERSION / 100 % 1000)},
+          {"built with", "Ipopt", "ok", IPOPT_VERSION " (nonlinear reference solver)"},
+          {"built with", "NLopt", "ok", fmt::format("{}.{}.{} (tuning)", major, minor, bugfix)},
+          bonmin};
+}
+
 }  // namespace
 
 std::vector<Check> check_installation() {
@@ -78,19 +97,13 @@ std::vector<Check> check_installation() {
       library("CLI11", CLI11_VERSION),
       library("nlohmann/json", fmt::format("{}.{}.{}", NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
                                            NLOHMANN_JSON_VERSION_PATCH))};
-  const auto versions =
-      debian_versions({"libtomlplusplus-dev", "libxsimd-dev", "libboost-dev", "coinor-libipopt-dev", "libnlopt-dev",
-                       "pybind11-dev", "python3-numpy", "coinor-libbonmin-dev", "libcomedi-dev"});
+  const auto versions = debian_versions({"libtomlplusplus-dev", "libxsimd-dev", "pybind11-dev", "python3-numpy"});
   for (const auto& [name, package] : {std::pair{"toml++", "libtomlplusplus-dev"}, {"xsimd", "libxsimd-dev"}})
     if (const auto found = versions.find(package); found != versions.end())
       checks.push_back(library(name, found->second));
+  for (Check& linked : linked_solvers()) checks.push_back(std::move(linked));
   checks.push_back(optional_program("gnuplot", "gnuplot-nox", "figures"));
-  checks.push_back(optional_library("Boost", "libboost-dev", "the truth plant", versions));
-  checks.push_back(optional_library("Ipopt", "coinor-libipopt-dev", "nonlinear reference solver", versions));
-  checks.push_back(optional_library("Bonmin", "coinor-libbonmin-dev", "mixed-integer reference solver", versions));
-  checks.push_back(optional_library("comedi", "libcomedi-dev", "the rig's data acquisition", versions));
-  checks.push_back(optional_library("NLopt", "libnlopt-dev", "tuning", versions));
-  checks.push_back(optional_library("pybind11", "pybind11-dev", "the Python package", versions));
+  checks.push_back(optional_library("pybind11", "pybind11-dev", "building the Python package", versions));
   checks.push_back(optional_library("NumPy", "python3-numpy", "the Python package", versions));
   const ComediSupport comedi = comedi_support();
   checks.push_back({"optional", "comedi driver", comedi.built && comedi.library ? "ok" : "missing", comedi.detail});

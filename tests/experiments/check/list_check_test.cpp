@@ -81,6 +81,7 @@ TEST(Check, MissingPartsAreNamedWithTheirPackage) {
   const ProgramRun ended = run_program(folder, "check", "PATH=/nonexistent");
   EXPECT_EQ(ended.exit_code, 0) << "optional parts may be missing";
   EXPECT_THAT(ended.out, HasSubstr("apt-get install gnuplot-nox"));
+  EXPECT_THAT(ended.out, testing::Not(HasSubstr("apt-get install libnlopt-dev"))) << "it is linked";
 }
 
 TEST(Check, LooksAtAPlantWithSafeOutputs) {
