@@ -199,9 +199,9 @@ Dual<n, w> tanh(const Dual<n, w>& x) {
 /// Calls that differentiate are compiled twice, for registers of two doubles and for the four of AVX2, and chosen at
 /// run time: body(lanes) as a constant.
 ///
-/// Everything is inlined into the two copies: what is not would be compiled for either processor.
+/// Everything is inlined into the copy for AVX2: what is not would be compiled for any processor.
 template <class Body>
-[[SOLENOID_FLATTEN, gnu::noinline]] void with_two_lanes(const Body& body) {
+[[gnu::noinline]] void with_two_lanes(const Body& body) {
   body(std::integral_constant<int, 2>{});
 }
 #if defined(__x86_64__)
