@@ -153,8 +153,21 @@ grep -q -- '--preset ubsan' calls || fail "presets that changed change no build"
 for wrong in nonsense sanitizer a.an ''; do
   run 0 test --preset "$wrong"
   [[ $code == 2 && ! -s calls ]] || fail "exit code $code for --preset '$wrong'"
-  expect "--preset $wrong: no such preset; there are: release dev asan ubsan tsan noalloc" err
+  expect "--preset $wrong: no such preset; there are: release dev asan ubsan tsan coverage noalloc" err
 done
+
+# Coverage: counters of earlier runs go, failing tests do not keep the table from being made, too few lines are a failure.
+mkdir -p clone/tests/coverage clone/build/coverage
+touch clone/build/coverage/old.gcda
+printf '#!/bin/bash\necho "report $*"; exit 1\n' >clone/tests/coverage/report.sh
+chmod +x clone/tests/coverage/report.sh
+run 0 coverage
+[[ $code == 1 && ! -e clone/build/coverage/old.gcda ]] || fail "coverage became $code"
+expect 'clone|--preset|coverage|' out
+expect "report $work/clone $work/clone/build/coverage" out
+printf '#!/bin/bash\n' >clone/tests/coverage/report.sh
+run 0 coverage
+[[ $code == 8 ]] || fail "exit code $code of coverage with tests that fail"
 
 # Where memory is laid out too much at random, a sanitizer's tests run without that.
 stand_in cat '[[ $* == *mmap_rnd_bits* ]] && echo 32 || /bin/cat "$@"'
