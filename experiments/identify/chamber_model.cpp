@@ -55,7 +55,7 @@ struct OpeningsOverTime {
 };
 
 OpeningsOverTime chamber_openings(const Record& record, Chamber chamber, const ChamberParameters& p,
-                          const ActuatorParameters& given) {
+                                  const ActuatorParameters& given) {
   const ModeSet modes = valve_modes(record.valves, given);
   const std::size_t first = chamber == Chamber::a ? fill_a : fill_b;
   const std::size_t n = record.size() * substeps_per_sample;

@@ -10,7 +10,6 @@ namespace {
 
 constexpr std::size_t most_events = 1000;
 
-
 }  // namespace
 
 EmulatedNode::EmulatedNode(MakePlant make_plant, const Calibration& calibration, SwitchPattern known_coils)
