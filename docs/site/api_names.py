@@ -15,7 +15,7 @@ class ApiNames:
         for compound in compounds:
             if compound.get("kind") != "file" or not compound.findtext("name").endswith("pp"):
                 continue
-            header = re.sub(r"^.*?solenoid/", "", (compound.findtext("path") or "") + compound.findtext("name"))
+            header = re.sub(r"^.*/solenoid/", "", (compound.findtext("path") or "") + compound.findtext("name"))
             names = {self.plain(found.text) for kind in ("class", "concept") for found in compound.iter(kind)}
             self.pages[header] = self.page(compound)
             self.headers[header] = sorted(name for name in names if re.fullmatch(r"[\w:]+", name) and name in self.pages)

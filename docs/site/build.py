@@ -116,8 +116,8 @@ class Build:
         first = '<tab type="mainpage"'
         layout.write_text(layout.read_text().replace(
             first, f'<tab type="user" visible="yes" url="../index.html" title="Documentation"/>\n    {first}', 1))
-        settings = (f"@INCLUDE = {SITE}/Doxyfile\nPROJECT_NUMBER = {version()}\nOUTPUT_DIRECTORY = {self.api}\n"
-                    f"GENERATE_TAGFILE = {self.out}/api.tag\nLAYOUT_FILE = {layout}\n")
+        settings = (f'@INCLUDE = "{SITE}/Doxyfile"\nPROJECT_NUMBER = {version()}\nOUTPUT_DIRECTORY = "{self.api}"\n'
+                    f'GENERATE_TAGFILE = "{self.out}/api.tag"\nLAYOUT_FILE = "{layout}"\n')
         self.doxygen(settings)
         mending.mend(self.api)
         self.check_documented(settings)
