@@ -117,7 +117,8 @@ class Build:
         layout.write_text(layout.read_text().replace(
             first, f'<tab type="user" visible="yes" url="../index.html" title="Documentation"/>\n    {first}', 1))
         settings = (f'@INCLUDE = "{SITE}/Doxyfile"\nPROJECT_NUMBER = {version()}\nOUTPUT_DIRECTORY = "{self.api}"\n'
-                    f'GENERATE_TAGFILE = "{self.out}/api.tag"\nLAYOUT_FILE = "{layout}"\n')
+                    f'GENERATE_TAGFILE = "{self.out}/api.tag"\nLAYOUT_FILE = "{layout}"\n'
+                    f'HTML_EXTRA_STYLESHEET = "{SITE}/api.css"\n')
         self.doxygen(settings)
         mending.mend(self.api)
         self.check_documented(settings)
@@ -125,8 +126,7 @@ class Build:
     def doxygen(self, settings):
         """Runs Doxygen and returns what it says, with the headers' names as they are in the repository."""
         try:
-            said = run([self.tools["doxygen"], "-"], "doxygen", input=settings, cwd=self.out / "headers",
-                       env={**os.environ, "SITE": str(SITE)})
+            said = run([self.tools["doxygen"], "-"], "doxygen", input=settings, cwd=self.out / "headers")
         except Fault as fault:
             raise Fault(str(fault).replace(f"{self.out}/headers/solenoid/", "")) from None
         return said.replace(f"{self.out}/headers/solenoid/", "")
