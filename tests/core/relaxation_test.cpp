@@ -4,6 +4,7 @@
 #include "core/actuator/prestabilised.hpp"
 #include "core/actuator/valves.hpp"
 #include "tests/support/lotka_volterra.hpp"
+#include "tests/support/uniform.hpp"
 
 #include <random>
 
@@ -15,8 +16,6 @@ namespace solenoid {
 namespace {
 
 using Random = std::mt19937_64;
-
-double uniform(Random& random, double low, double high) { return std::uniform_real_distribution(low, high)(random); }
 
 /// A problem of the actuator with random delays, weights, state and edges in flight.
 template <class M>
