@@ -12,7 +12,8 @@ if(SOLENOID_SANITIZE)
   # Of `undefined` the checks of each access and each pointer's sum are left out: they alone double the time to compile, and
   # most of what they find ends a run under the address sanitizer too.
   target_compile_options(solenoid_flags INTERFACE -fsanitize=${SOLENOID_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all
-                                                  -fno-sanitize=null,alignment,object-size,pointer-overflow)
+                                                  -fno-sanitize=null,alignment,object-size,pointer-overflow
+                                                  -Wno-maybe-uninitialized)  # GCC 12 finds it in its own <regex>
   target_link_options(solenoid_flags INTERFACE -fsanitize=${SOLENOID_SANITIZE})
 endif()
 option(SOLENOID_COVERAGE "programs count which of their lines run: ./solenoid coverage" OFF)

@@ -1,6 +1,7 @@
 # Tests under SOLENOID_SANITIZE: what the runtimes are told, and what has to be loaded before a program without them.
 #
 #   patience            how much longer a test may take
+#   one_in              of how many cases in a long list a test takes one: a search's kernels are a hundred times slower
 #   sanitizer_preload   for LD_PRELOAD: the runtime, which wants to be first, and the library whose exceptions it watches
 
 # Every test of this build is told, and so is every program that a test starts. What the caller's own ASAN_OPTIONS and so on
@@ -15,6 +16,7 @@ set(ENV{TSAN_OPTIONS} "suppressions='${folder}/tsan.supp':$ENV{TSAN_OPTIONS}")
 set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${PROJECT_BINARY_DIR}/sanitizers.cmake)
 
 set(patience 6)
+set(one_in 20)
 set(sanitizer_preload "")
 foreach(sanitizer address:libasan.so thread:libtsan.so)
   string(REPLACE ":" ";" sanitizer ${sanitizer})
