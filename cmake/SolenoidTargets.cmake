@@ -40,8 +40,9 @@ add_custom_target(solenoid_headers DEPENDS ${PROJECT_BINARY_DIR}/public_headers.
 
 option(SOLENOID_UNITY "compile the program's files and its tests' in groups: a whole build takes a third as long, one after a change longer" OFF)
 # solenoid_unity(<target> <regex> [-O<level>] <regex> [-O<level>]...): the target's files whose path below the calling folder
-# begins with a regex are compiled as one. For files that take long to read and not to optimise: headers are read and templates
-# instantiated once for the group. A level takes the place of -O2 in a release: for groups where a run spends no time.
+# begins with a regex are compiled as one; a later regex takes files from an earlier one. For files that take long to read and
+# not to optimise: headers are read and templates instantiated once for the group. A level takes the place of -O2 in a release:
+# for groups where a run spends no time.
 function(solenoid_unity target)
   if(NOT SOLENOID_UNITY)
     return()

@@ -71,12 +71,12 @@ TEST(Identify, FromTheLogOfARunInRealTime) {
   ProgramRun run;
   for (int attempt = 0; attempt < 5; ++attempt) {
     std::filesystem::remove_all(folder / "out");
-    run = run_program(folder, "run nine_state --plant sim --scenario sine --duration 4 --quiet --out out");
+    run = run_program(folder, "run nine_pd --plant sim --scenario sine --duration 4 --quiet --out out");
     if (run.exit_code == 0) break;
   }
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const ProgramRun found =
-      run_program(folder, "identify --log out/sine--nine_state--s1.mcap --out found --no-figures --format json");
+      run_program(folder, "identify --log out/sine--nine_pd--s1.mcap --out found --no-figures --format json");
   ASSERT_EQ(found.exit_code, 0) << found.err;
   const auto result = nlohmann::json::parse(found.out);
   EXPECT_NEAR(value_of(result, "fill_coefficient") / 1.5e-6, 1.0, 0.25);
