@@ -60,8 +60,8 @@ KktError kkt_error(const SparseQp& qp, const SparseSolution& at) {
   const Eigen::VectorXd gradient =
       curvature + qp.c + qp.a_matrix.transpose() * at.y + qp.g_matrix.transpose() * at.z_g + at.z_box;
   const Eigen::VectorXd defect = qp.a_matrix * at.x - qp.b, rows = qp.g_matrix * at.x;
-  for (const double entry : gradient) judge::raise(error.stationarity, std::abs(entry));
-  for (const double entry : defect) judge::raise(error.primal, std::abs(entry));
+  judge::raise_all(error.stationarity, gradient);
+  judge::raise_all(error.primal, defect);
   for (Eigen::Index i = 0; i < at.x.size(); ++i) judge::bound(error, at.x[i], qp.lower[i], qp.upper[i], at.z_box[i]);
   for (Eigen::Index i = 0; i < rows.size(); ++i) judge::bound(error, rows[i], qp.g_lower[i], qp.g_upper[i], at.z_g[i]);
   error.objective = 0.5 * at.x.dot(curvature) + qp.c.dot(at.x);
@@ -74,12 +74,11 @@ bool proves_infeasible(const SparseQp& qp, const SparseSolution& ray, double tol
   for (Eigen::Index i = 0; i < qp.g_lower.size(); ++i)
     if (qp.g_lower[i] > qp.g_upper[i]) return true;
   double size = 0.0;
-  for (const Eigen::VectorXd* part : {&ray.y, &ray.z_box, &ray.z_g})
-    for (const double entry : *part) judge::raise(size, std::abs(entry));
+  for (const Eigen::VectorXd* part : {&ray.y, &ray.z_box, &ray.z_g}) judge::raise_all(size, *part);
   if (!(size > 0.0) || std::isinf(size)) return false;
   const Eigen::VectorXd combined = qp.a_matrix.transpose() * ray.y + qp.g_matrix.transpose() * ray.z_g + ray.z_box;
   double error = 0.0;
-  for (const double entry : combined) judge::raise(error, std::abs(entry));
+  judge::raise_all(error, combined);
   const double value =
       qp.b.dot(ray.y) + judge::support(ray.z_box, qp.lower, qp.upper) + judge::support(ray.z_g, qp.g_lower, qp.g_upper);
   return error <= tolerance * size && value < -tolerance * size;
@@ -89,8 +88,8 @@ bool proves_unbounded(const SparseQp& qp, const SparseSolution& ray, double tole
   const double size = ray.x.size() > 0 ? ray.x.lpNorm<Eigen::Infinity>() : 0.0;
   if (!(size > 0.0) || std::isinf(size)) return false;
   double error = 0.0;
-  for (const double entry : Eigen::VectorXd(judge::hessian_times(qp, ray.x))) judge::raise(error, std::abs(entry));
-  for (const double entry : Eigen::VectorXd(qp.a_matrix * ray.x)) judge::raise(error, std::abs(entry));
+  judge::raise_all(error, judge::hessian_times(qp, ray.x));
+  judge::raise_all(error, qp.a_matrix * ray.x);
   const auto cone = [&](const Eigen::VectorXd& v, const Eigen::VectorXd& lower, const Eigen::VectorXd& upper) {
     for (Eigen::Index i = 0; i < v.size(); ++i) {
       if (std::isfinite(lower[i])) judge::raise(error, -v[i]);

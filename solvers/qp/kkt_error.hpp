@@ -51,21 +51,34 @@ void add_stage(KktError& error, const Stage& stage);
 template <int NX, int NU>
 KktError kkt_error(const OcpQp<NX, NU>& qp, const OcpSolution<NX, NU>& at) {
   const auto matrix = [](const auto& m) { return judge::Matrix(m.data(), m.rows(), m.cols()); };
-  const auto vector = [](const auto& list, std::size_t k) {
-    return k < list.size() ? judge::Vector(list[k].data(), list[k].size()) : judge::Vector(nullptr, 0);
+  const auto vector = [](const auto& v) { return judge::Vector(v.data(), v.size()); };
+  const auto entry = [&](const auto& list, std::size_t k) {
+    return k < list.size() ? vector(list[k]) : judge::Vector(nullptr, 0);
   };
-  const auto all = [](const auto& v) { return judge::Vector(v.data(), v.size()); };
   KktError error;
   for (int i = 0; i < NX; ++i) judge::raise(error.primal, std::abs(at.x[0][i] - qp.x0[i]));
   for (std::size_t k = 0; k < qp.stages.size(); ++k) {
     const auto& s = qp.stages[k];
-    judge::add_stage(error, {matrix(s.a),        matrix(s.b),        matrix(s.q_matrix),
-                             matrix(s.r_matrix), matrix(s.s_matrix), all(s.c),
-                             all(s.q),           all(s.r),           all(s.u_lower),
-                             all(s.u_upper),     all(s.x_lower),     all(s.x_upper),
-                             vector(at.x, k),    vector(at.zx, k),   vector(at.y, k - 1),
-                             vector(at.u, k),    vector(at.zu, k),   vector(at.x, k + 1),
-                             vector(at.y, k),    qp.state_bounds});
+    judge::add_stage(error, {.a = matrix(s.a),
+                             .b = matrix(s.b),
+                             .q_matrix = matrix(s.q_matrix),
+                             .r_matrix = matrix(s.r_matrix),
+                             .s_matrix = matrix(s.s_matrix),
+                             .c = vector(s.c),
+                             .q = vector(s.q),
+                             .r = vector(s.r),
+                             .u_lower = vector(s.u_lower),
+                             .u_upper = vector(s.u_upper),
+                             .x_lower = vector(s.x_lower),
+                             .x_upper = vector(s.x_upper),
+                             .x = entry(at.x, k),
+                             .zx = entry(at.zx, k),
+                             .y_before = entry(at.y, k - 1),
+                             .u = entry(at.u, k),
+                             .zu = entry(at.zu, k),
+                             .x_next = entry(at.x, k + 1),
+                             .y = entry(at.y, k),
+                             .state_bounds = qp.state_bounds});
   }
   return error;
 }

@@ -1,5 +1,7 @@
 #include "tests/support/random_qp.hpp"
 
+#include <cmath>
+
 #include <Eigen/Dense>
 
 namespace solenoid::test {

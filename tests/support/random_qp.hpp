@@ -3,6 +3,7 @@
 #include "solvers/qp/ocp_qp.hpp"
 #include "solvers/qp/sparse_qp.hpp"
 
+#include <algorithm>
 #include <random>
 
 namespace solenoid::test {
@@ -26,14 +27,14 @@ class Dice {
 /// and active bounds without multiplier.
 qp::SparseQp random_sparse(Dice& dice, bool degenerate = false);
 
-/// A stage of any size that (x, u) satisfies.
+/// A stage of any size whose bounds x and some u keep; x_next is where that u leads.
 struct RandomStage {
   Eigen::MatrixXd a, b, q_matrix, r_matrix, s_matrix;
   Eigen::VectorXd c, q, r, u_lower, u_upper, x_lower, x_upper, x_next;
 };
 RandomStage random_stage(Dice& dice, const Eigen::VectorXd& x, int inputs, bool state_bounds);
 
-/// A problem whose random inputs keep every bound.
+/// A feasible problem: such stages in a row.
 template <int NX, int NU>
 qp::OcpQp<NX, NU> random_ocp(Dice& dice, int horizon, bool state_bounds) {
   qp::OcpQp<NX, NU> qp(horizon, state_bounds);
