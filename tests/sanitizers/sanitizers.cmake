@@ -1,7 +1,7 @@
 # Tests under SOLENOID_SANITIZE: what the runtimes are told, and what has to be loaded before a program without them.
 #
 #   patience            how much longer a test may take
-#   one_in              of how many cases in a long list a test takes one: a search's kernels are a hundred times slower
+#   one_in              of how many cases in a long list a test takes one: a search takes up to fifty times as long
 #   sanitizer_preload   for LD_PRELOAD: the runtime, which wants to be first, and the library whose exceptions it watches
 
 # Every test of this build is told, and so is every program that a test starts. What the caller's own ASAN_OPTIONS and so on
