@@ -1,6 +1,7 @@
 #include "experiments/rig/replay_run.hpp"
 
 #include "controllers/timing.hpp"
+#include "core/actuator/valves.hpp"
 #include "core/config/document.hpp"
 #include "core/config/reader.hpp"
 #include "core/rt/deferred_solver.hpp"
@@ -8,8 +9,11 @@
 #include "experiments/rig/make_ladder.hpp"
 #include "experiments/rig/rig_file.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
+#include <numeric>
 #include <set>
 
 #include <fmt/format.h>
@@ -72,16 +76,23 @@ void repeat_requests(const TickRecord& tick, const TickRecord* next, FallbackLad
   if (next && tick.decision.rung == Rung::safe && next->decision.rung != Rung::safe) ladder.request_rearm();
 }
 
-void compare(const TickRecord& logged, const Decision& decided, double& squares, ReplayResult& result) {
-  const bool coils = logged.decision.command.coils != decided.command.coils;
-  const double motor = logged.decision.command.motor_force_n - decided.command.motor_force_n;
+void compare(const TickRecord& logged, const Command& then, const Decision& decided, double& squares,
+             ReplayResult& result) {
+  const bool coils = then.coils != decided.command.coils;
+  const double motor = then.motor_force_n - decided.command.motor_force_n;
   result.coil_differences += coils;
   result.motor_differences += motor != 0.0;
   squares += motor * motor;
   if ((coils || motor != 0.0) && result.first_difference_s < 0) result.first_difference_s = logged.sensors.time_s;
 }
 
-ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, LoggedPlans* plans) {
+/// `own`: for each pattern of the log's valves, that of the ladder's.
+ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, const std::vector<SwitchPattern>& own,
+                     LoggedPlans* plans) {
+  const auto translated = [&](Command command) {
+    if (command.coils < own.size()) command.coils = own[command.coils];
+    return command;
+  };
   using Clock = std::chrono::steady_clock;
   ReplayResult result;
   std::vector<double> solve_us, step_us;
@@ -89,13 +100,16 @@ ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, LoggedPlans
   if (const auto from = run.about.find("restart_m"); from != run.about.end())
     ladder.restart(0.0, std::stod(from->second));
   for (const TickRecord& logged : run.ticks) {
+    if (logged.applied.coils >= own.size())
+      throw ConfigError(fmt::format("the log's tick at {:.3f} s applied coils {:#b} (allowed: less than {:#b})",
+                                    logged.sensors.time_s, logged.applied.coils, own.size()));
     if (plans) plans->arriving = logged.decision.solved ? logged.decision.ticket : -1;
     repeat_requests(logged, &logged != &run.ticks.back() ? &logged + 1 : nullptr, ladder);
     const auto begin = Clock::now();
     const Decision d = ladder.step(logged.sensors);
     step_us.push_back(us_since(begin));
-    ladder.applied(logged.applied);
-    compare(logged, d, squares, result);
+    ladder.applied(translated(logged.applied));
+    compare(logged, translated(logged.decision.command), d, squares, result);
     if (d.solved) solve_us.push_back(d.report.time_us);
     if (logged.decision.solved && logged.decision.report.status == Status::deadline_reached) ++result.unproven;
     result.decided.push_back(logged);
@@ -108,6 +122,10 @@ ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, LoggedPlans
   return result;
 }
 
+std::vector<SwitchPattern> own_coils(const VariantConfig& logged, const VariantConfig& variant) {
+  return translated_coils(valve_modes(logged.valves, logged.nominal), valve_modes(variant.valves, variant.nominal));
+}
+
 const std::string& said(const RecordedRun& run, const char* key) {
   const auto value = run.about.find(key);
   if (value == run.about.end())
@@ -116,6 +134,21 @@ const std::string& said(const RecordedRun& run, const char* key) {
 }
 
 }  // namespace
+
+std::vector<SwitchPattern> translated_coils(const ModeSet& from, const ModeSet& to) {
+  const auto distance = [](std::span<const double> a, std::span<const double> b) {
+    return std::transform_reduce(a.begin(), a.end(), b.begin(), 0.0, std::plus(),
+                                 [](double x, double y) { return (x - y) * (x - y); });
+  };
+  const SwitchPattern patterns = 1u << from.switch_count(), own = 1u << to.switch_count();
+  std::vector<SwitchPattern> result;
+  for (SwitchPattern p = 0; p < patterns; ++p) {
+    const auto apart = [&](const Mode& mode) { return distance(from.point(p), to.point(mode.pattern)); };
+    const bool same = p < own && distance(from.point(p), to.point(p)) == 0.0;
+    result.push_back(same ? p : std::ranges::min_element(to.modes(), {}, apart)->pattern);
+  }
+  return result;
+}
 
 Campaign recorded_campaign(const RecordedRun& run, std::vector<std::string> variants) {
   if (variants.empty()) variants = {said(run, "variant")};
@@ -138,13 +171,13 @@ ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task) {
     return std::make_unique<LoggedArrivals<M>>(std::move(solver), plans);
   });
   const auto ladder = make_ladder(task.variant, task.scenario.trajectory, task.scenario.plane, task.ladder, as_logged);
-  return through(run, *ladder, &plans);
+  return through(run, *ladder, own_coils(task.variant, task.variant), &plans);
 }
 
 ReplayResult replay_other(const RecordedRun& run, const RecordedTask& task, const VariantConfig& variant,
                           const SolverDecorator& decorate) {
   const auto ladder = make_ladder(variant, task.scenario.trajectory, task.scenario.plane, task.ladder, decorate);
-  return through(run, *ladder, nullptr);
+  return through(run, *ladder, own_coils(task.variant, variant), nullptr);
 }
 
 }  // namespace solenoid

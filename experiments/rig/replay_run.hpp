@@ -9,6 +9,7 @@
 #include "experiments/rig/log/recorded_run.hpp"
 
 #include <string>
+#include <vector>
 
 namespace solenoid {
 
@@ -37,8 +38,13 @@ Campaign recorded_campaign(const RecordedRun& run, std::vector<std::string> vari
 /// re-arms come when they came. The same program gives the same commands.
 ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task);
 
+/// For each pattern of `from`, which opens the actuator's ports so far, the pattern of `to` that is the same: the same
+/// number where that opens them alike, otherwise that of its mode nearest to it by least squares, the first of several.
+std::vector<SwitchPattern> translated_coils(const ModeSet& from, const ModeSet& to);
+
 /// Through any variant under the same limits, each solve done in its tick: what it would have done, and how long it
-/// takes. It is told what was applied then. `decorate` gets its solver first.
+/// takes. It is told what was applied then, in its own coils. `decorate` gets its solver first. Throws ConfigError if
+/// the log has coils that its valves do not have.
 ReplayResult replay_other(const RecordedRun& run, const RecordedTask& task, const VariantConfig& variant,
                           const SolverDecorator& decorate = {});
 

@@ -1,3 +1,4 @@
+#include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/base/bytes.hpp"
 #include "experiments/rig/log/mcap_reader.hpp"
@@ -5,6 +6,7 @@
 #include "experiments/rig/log/recorded_run.hpp"
 #include "experiments/rig/log/run_log.hpp"
 #include "experiments/rig/log/tick_fields.hpp"
+#include "experiments/rig/replay_run.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <cmath>
@@ -156,6 +158,19 @@ TEST(RunLog, NoticesADiskThatIsFullAndNeverWaitsForIt) {
   settings.folder = (folder / "").string();
   settings.ring_ticks = 16;
   EXPECT_ANY_THROW(RunLog(settings, [](const TickRecord&) {}));  // found before the first tick
+}
+
+TEST(Replay, TellsAVariantWithOtherValvesTheModeThatOpensAlike) {
+  const ModeSet two = valve_modes("two_way", {}), three = valve_modes("three_way", {}),
+                seven = valve_modes("seven_mode", {});
+  const auto to_two = translated_coils(three, two), to_three = translated_coils(two, three);
+  EXPECT_THAT(to_two, testing::ElementsAre(0b1010, 0b1001, 0b0110, 0b0101));  // each chamber fills or exhausts
+  ASSERT_EQ(to_three.size(), 16u);
+  for (SwitchPattern p = 0; p < 4; ++p) EXPECT_EQ(to_three[to_two[p]], p);
+  EXPECT_EQ(to_three[0b0001], 1u);  // B, held, is as far from filled as from exhausted: the first mode
+  EXPECT_EQ(to_three[0b0000], 0u);
+  const auto to_seven = translated_coils(two, seven);  // the same coils, whether it would command them or not
+  for (SwitchPattern p = 0; p < 16; ++p) EXPECT_EQ(to_seven[p], p);
 }
 
 TEST(Mcap, IsReadByTheReferenceImplementation) {
