@@ -19,9 +19,14 @@
 namespace solenoid {
 namespace {
 
-constexpr double strike_s = 1.5;  // after the run was started
+constexpr double strike_s = 1.5;        // after the run began its log
+constexpr double longest_start_s = 30;  // before that
 
 void wait_s(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
+
+void wait_for_file(const std::string& path, double most_s) {
+  for (double waited = 0.0; waited < most_s && !std::filesystem::exists(path); waited += 0.02) wait_s(0.02);
+}
 
 /// A process of this program, its output in a file; ended with the object.
 class Child {
@@ -119,8 +124,7 @@ std::vector<Case> cases() {
 }
 
 /// The log's ticks, and whether it was closed.
-void look_at_log(const std::string& folder, const std::string& variant, ProcessOutcome& out) {
-  const std::string path = fmt::format("{}/cycloidal--{}--s1.mcap", folder, variant);
+void look_at_log(const std::string& path, ProcessOutcome& out) {
   try {
     const RecordedRun run = read_run(path);
     out.log_ticks = static_cast<std::int64_t>(run.ticks.size());
@@ -148,6 +152,7 @@ ProcessOutcome provoke(const Case& c, const std::string& program, const std::str
   ProcessOutcome out;
   out.name = c.name;
   const std::string here = fmt::format("{}/{}", folder, port), report = here + "-node.json";
+  const std::string log = fmt::format("{}/cycloidal--{}--s1.mcap", here, variant);
   std::vector<std::string> node = {"emulator", "--variant", variant,       "--port", std::to_string(port),
                                    "--report", report,      "--idle-exit", "1"};
   node.insert(node.end(), c.node_arguments.begin(), c.node_arguments.end());
@@ -158,11 +163,12 @@ ProcessOutcome provoke(const Case& c, const std::string& program, const std::str
   Child emulator(program, node, here + "-node.txt");
   wait_s(0.2);
   Child controller(program, run, here + "-run.txt", c.before_run);
+  wait_for_file(log, longest_start_s);
   wait_s(strike_s);
   c.strike(controller);
   out.exit_code = controller.wait(20.0);
   emulator.wait(5.0);
-  look_at_log(here, variant, out);
+  look_at_log(log, out);
   look_at_node(report, out);
   return out;
 }

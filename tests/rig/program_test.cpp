@@ -1,6 +1,8 @@
 #include "controllers/instances/instance_set.hpp"
+#include "core/config/reader.hpp"
 #include "experiments/rig/fault_table.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
+#include "experiments/rig/replay_run.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <cstdlib>
@@ -53,7 +55,7 @@ TEST(Run, MovesTheTwinInRealTimeAndItsReplayGivesTheSameCommands) {
   EXPECT_EQ(result.at("loop").at("allocations"), 0);
   EXPECT_LT(result.at("rmse_mm"), 5.0);
   EXPECT_TRUE(std::filesystem::exists(folder / "out/runs.csv"));
-  const RecordedRun log = read_run(log_of(folder));
+  RecordedRun log = read_run(log_of(folder));
   EXPECT_EQ(log.problem, "");
   EXPECT_EQ(static_cast<std::int64_t>(log.ticks.size()), ticks);
   const ProgramRun replay = run_program({"replay", log_of(folder), "--format", "json"});
@@ -75,6 +77,8 @@ TEST(Run, MovesTheTwinInRealTimeAndItsReplayGivesTheSameCommands) {
   }
   const ProgramRun csv = run_program({"export", log_of(folder)});
   EXPECT_EQ(std::count(csv.out.begin(), csv.out.end(), '\n'), ticks + 1);
+  log.ticks.back().applied.coils = 0b10000;  // of four
+  EXPECT_THROW(replay_same(log, recorded_task(log)), ConfigError);
 }
 
 TEST(Run, NextSlotPlansTakeEffectAtSlotsAlone) {
@@ -141,6 +145,7 @@ TEST(Run, RefusesBeforeItMovesAnything) {
   EXPECT_THAT(none.err, HasSubstr("no answer"));
 }
 
+#if SOLENOID_TEST_ONE_IN == 1  // a sanitizer makes calls of its own
 TEST(Run, TheTickMakesNoSystemCallButSleepOnTheTwin) {
   if (std::system("strace -V >/dev/null 2>&1") != 0) GTEST_SKIP() << "needs strace";
   const Folder folder;
@@ -177,6 +182,7 @@ TEST(Run, TheTickMakesNoSystemCallButSleepOnTheTwin) {
   }
   EXPECT_TRUE(found);
 }
+#endif
 
 TEST(Faults, OfProcessesLeaveTheNodeSafeAndTheLogReadable) {
   const Folder folder;

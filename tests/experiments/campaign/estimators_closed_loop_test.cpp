@@ -82,17 +82,21 @@ TEST_P(HiddenMismatch, PositionPayloadAndPressuresAreSeenThroughTheSensingChain)
   EXPECT_LT(e.payload_kg, std::max(0.02, 0.1 * payload_kg));
 }
 
+/// All of these, or the last alone under sanitizers, where each takes a minute and runs the same code.
+auto values(std::vector<double> all) {
+  if (SOLENOID_TEST_ONE_IN > 1) all.erase(all.begin(), all.end() - 1);
+  return testing::ValuesIn(all);
+}
+
 INSTANTIATE_TEST_SUITE_P(SineOnTheModel, HiddenMismatch,
                          testing::Combine(testing::Values("model"), testing::Values("payload_ekf", "mhe"),
-                                          testing::Values(0.7, 1.0, 2.0), testing::Values(0.8, 1.15),
-                                          testing::Values(0.0, 0.15, 0.3)));
+                                          values({0.7, 1.0, 2.0}), values({0.8, 1.15}), values({0.0, 0.15, 0.3})));
 INSTANTIATE_TEST_SUITE_P(SineOnTheTwin, HiddenMismatch,
                          testing::Combine(testing::Values("twin"), testing::Values("payload_ekf"),
-                                          testing::Values(0.7, 1.0, 2.0), testing::Values(0.8, 1.15),
-                                          testing::Values(0.0, 0.15, 0.3)));
+                                          values({0.7, 1.0, 2.0}), values({0.8, 1.15}), values({0.0, 0.15, 0.3})));
 INSTANTIATE_TEST_SUITE_P(CornersOnTheTwin, HiddenMismatch,
-                         testing::Combine(testing::Values("twin"), testing::Values("mhe"), testing::Values(0.7, 2.0),
-                                          testing::Values(0.8, 1.15), testing::Values(0.0, 0.3)));
+                         testing::Combine(testing::Values("twin"), testing::Values("mhe"), values({0.7, 2.0}),
+                                          values({0.8, 1.15}), values({0.0, 0.3})));
 
 TEST(EkfWithoutPayload, SeesPositionThroughAHiddenPayloadAsAForce) {
   const VariantConfig v = shipped("thesis_pd", "motor = 'pd'\nintegral = { gain = 0.005 }\nestimator = 'ekf'");
