@@ -23,7 +23,8 @@ std::int64_t allocations_of(Work work) {
   return AllocationGuard::thread_allocations() - before;
 }
 
-void* volatile sink;  // keeps the optimiser from removing an allocation
+void* volatile sink;            // keeps the optimiser from removing an allocation
+void* volatile none = nullptr;  // ... and from making a malloc of a realloc
 
 TEST(AllocationGuard, CountsEveryWayToAllocate) {
   ASSERT_TRUE(AllocationGuard::available());
@@ -35,8 +36,13 @@ TEST(AllocationGuard, CountsEveryWayToAllocate) {
   };
   EXPECT_EQ(counted_and_freed([] { return std::malloc(16); }), 1);
   EXPECT_EQ(counted_and_freed([] { return std::calloc(4, 4); }), 1);
-  EXPECT_EQ(counted_and_freed([] { return std::realloc(nullptr, 16); }), 1);
+  EXPECT_EQ(counted_and_freed([] { return std::realloc(none, 16); }), 1);
   EXPECT_GE(counted_and_freed([] { return std::aligned_alloc(64, 128); }), 1);
+  EXPECT_GE(counted_and_freed([] {
+              void* at = nullptr;
+              return posix_memalign(&at, 64, 128) == 0 ? at : nullptr;
+            }),
+            1);
   EXPECT_GE(allocations_of([] {
               sink = ::operator new(16);
               ::operator delete(sink);

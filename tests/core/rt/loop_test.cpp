@@ -102,6 +102,18 @@ TEST(CommandLimits, RatesSlowTheWayOutButNeverTheWayBack) {
   EXPECT_EQ(limits.refused(), 0);
 }
 
+TEST(MemoryRecorder, KeepsTheFirstTicksAndCountsTheRest) {
+  MemoryRecorder recorder(2);
+  TickRecord tick;
+  for (int k = 0; k < 3; ++k) {
+    tick.sensors.time_s = 0.001 * k;
+    recorder.record(tick);
+  }
+  ASSERT_EQ(recorder.records().size(), 2u);
+  EXPECT_EQ(recorder.records().back().sensors.time_s, 0.001);
+  EXPECT_EQ(recorder.dropped(), 1u);
+}
+
 TEST(Mailbox, GivesTheNewestWholeAndOnlyOnce) {
   Mailbox<std::array<int, 2>> box;
   EXPECT_FALSE(box.take());
