@@ -202,8 +202,8 @@ TEST(Faults, OfProcessesLeaveTheNodeSafeAndTheLogReadable) {
       EXPECT_EQ(p.exit_code, 1);
     }
     if (p.name == "disk 300 ms slow" && !stood_still) {
-      EXPECT_EQ(p.exit_code, 0);  // the tick does not wait for it
-      EXPECT_GT(p.log_ticks, 2900);
+      EXPECT_EQ(p.exit_code, 0);                                        // the tick does not wait for it
+      EXPECT_GT(p.log_ticks, SOLENOID_TEST_ONE_IN == 1 ? 2900 : 2000);  // under sanitizers ticks are left out
     }
     if (!stood_still) {
       EXPECT_EQ(p.log_closed, !killed);
