@@ -36,6 +36,7 @@ class Child {
       const std::function<void()>& before = [] {}) {
     arguments.insert(arguments.begin(), program);
     std::vector<char*> argv;
+    argv.reserve(arguments.size() + 1);
     for (std::string& a : arguments) argv.push_back(a.data());
     argv.push_back(nullptr);
     pid_ = ::fork();
@@ -95,6 +96,7 @@ std::vector<Case> cases() {
   };
   const auto hog = [](Child&) {
     std::vector<std::thread> threads;
+    threads.reserve(4);
     for (int i = 0; i < 4; ++i)
       threads.emplace_back([] {
         const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(800);

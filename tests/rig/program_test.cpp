@@ -232,8 +232,8 @@ ProgramRun run_comedi(const Folder& folder, const std::string& fault) {
   setenv("LD_LIBRARY_PATH", SOLENOID_FAKE_COMEDI, 1);
   setenv("FAKE_COMEDI", fault.c_str(), 1);
   setenv("FAKE_COMEDI_REPORT", (folder / "report").c_str(), 1);
-  const ProgramRun run = run_undisturbed(folder, {"run", "nine_state", "--plant", "comedi", "--duration", "3", "--out",
-                                                  (folder / "out").string(), "--quiet"});
+  ProgramRun run = run_undisturbed(folder, {"run", "nine_state", "--plant", "comedi", "--duration", "3", "--out",
+                                            (folder / "out").string(), "--quiet"});
   unsetenv("LD_LIBRARY_PATH");
   return run;
 }
