@@ -24,8 +24,13 @@ constexpr double longest_start_s = 30;  // before that
 
 void wait_s(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
 
-void wait_for_file(const std::string& path, double most_s) {
-  for (double waited = 0.0; waited < most_s && !std::filesystem::exists(path); waited += 0.02) wait_s(0.02);
+/// Whether it happened in that time.
+bool wait_until(const std::function<bool()>& happened, double most_s) {
+  for (double waited = 0.0; waited < most_s; waited += 0.02) {
+    if (happened()) return true;
+    wait_s(0.02);
+  }
+  return false;
 }
 
 /// A process of this program, its output in a file; ended with the object.
@@ -61,15 +66,10 @@ class Child {
   void send(int signal) const { ::kill(pid_, signal); }
   /// Its exit code, 128 + signal, or -1 if it has not ended by then.
   int wait(double most_s) {
-    for (double waited = 0.0; waited < most_s; waited += 0.02) {
-      int status = 0;
-      if (::waitpid(pid_, &status, WNOHANG) == pid_) {
-        pid_ = -1;
-        return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-      }
-      wait_s(0.02);
-    }
-    return -1;
+    int status = 0;
+    if (!wait_until([&] { return ::waitpid(pid_, &status, WNOHANG) == pid_; }, most_s)) return -1;
+    pid_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   }
 
  private:
@@ -165,7 +165,7 @@ ProcessOutcome provoke(const Case& c, const std::string& program, const std::str
   Child emulator(program, node, here + "-node.txt");
   wait_s(0.2);
   Child controller(program, run, here + "-run.txt", c.before_run);
-  wait_for_file(log, longest_start_s);
+  wait_until([&] { return std::filesystem::exists(log); }, longest_start_s);
   wait_s(strike_s);
   c.strike(controller);
   out.exit_code = controller.wait(20.0);
