@@ -1,7 +1,7 @@
 #pragma once
 
-#include "core/actuator/prestabilised.hpp"
 #include "core/mpc/solver.hpp"
+#include "core/systems/actuator/prestabilised.hpp"
 
 #include <functional>
 #include <memory>

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "core/actuator/prestabilised.hpp"
 #include "core/mpc/relaxation.hpp"
 #include "core/mpc/solver.hpp"
+#include "core/systems/actuator/prestabilised.hpp"
 #include "solvers/rounding/projected_gradient.hpp"
 #include "solvers/rounding/relax_and_round.hpp"
 

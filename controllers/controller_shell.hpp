@@ -2,7 +2,7 @@
 
 #include "controllers/commands_in_flight.hpp"
 #include "controllers/estimators/estimator.hpp"
-#include "controllers/motor_laws.hpp"
+#include "controllers/systems/actuator/motor_laws.hpp"
 #include "controllers/variant.hpp"
 #include "core/reference/restartable.hpp"
 #include "core/rt/controller.hpp"

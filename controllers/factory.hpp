@@ -4,9 +4,9 @@
 #include "controllers/catalogue.hpp"
 #include "controllers/controller_shell.hpp"
 #include "controllers/variant.hpp"
-#include "core/actuator/valves.hpp"
 #include "core/rt/controller.hpp"
 #include "core/safety/limits.hpp"
+#include "core/systems/actuator/valves.hpp"
 
 #include <memory>
 

@@ -3,8 +3,8 @@
 #include "controllers/catalogue.hpp"
 #include "controllers/timing.hpp"
 #include "controllers/variant_keys.hpp"
-#include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/valves.hpp"
 
 #include <algorithm>
 #include <numeric>

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "controllers/baselines/settings.hpp"
-#include "controllers/estimators/tuning.hpp"
 #include "controllers/integral_offset.hpp"
-#include "controllers/motor_laws.hpp"
-#include "core/actuator/parameters.hpp"
+#include "controllers/systems/actuator/estimators/tuning.hpp"
+#include "controllers/systems/actuator/laws/settings.hpp"
+#include "controllers/systems/actuator/motor_laws.hpp"
+#include "core/systems/actuator/parameters.hpp"
 
 #include <optional>
 #include <string>

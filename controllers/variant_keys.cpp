@@ -2,7 +2,7 @@
 
 #include "controllers/catalogue.hpp"
 #include "controllers/timing.hpp"
-#include "core/actuator/valves.hpp"
+#include "core/systems/actuator/valves.hpp"
 
 #include <algorithm>
 #include <cmath>

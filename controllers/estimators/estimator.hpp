@@ -1,7 +1,7 @@
 #pragma once
 
-#include "core/actuator/dynamics.hpp"
 #include "core/rt/controller.hpp"
+#include "core/systems/actuator/dynamics.hpp"
 
 #include <memory>
 #include <utility>

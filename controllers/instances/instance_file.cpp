@@ -1,6 +1,6 @@
 #include "controllers/instances/instance_set.hpp"
-#include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/valves.hpp"
 
 #include <algorithm>
 #include <bit>

@@ -1,6 +1,6 @@
 #include "controllers/ladder/fallback_ladder.hpp"
 
-#include "controllers/estimators/tuning.hpp"
+#include "controllers/systems/actuator/estimators/tuning.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "controllers/estimators/kalman.hpp"
-#include "controllers/ladder/four_candidates.hpp"
-#include "controllers/motor_laws.hpp"
+#include "controllers/systems/actuator/estimators/kalman.hpp"
+#include "controllers/systems/actuator/four_candidates.hpp"
+#include "controllers/systems/actuator/motor_laws.hpp"
 #include "core/rt/controller.hpp"
 #include "core/safety/plausibility.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "core/actuator/dynamics.hpp"
 #include "core/mpc/mode_set.hpp"
+#include "core/systems/actuator/dynamics.hpp"
 
 namespace solenoid {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "core/reference/trajectory.hpp"
-#include "experiments/plants/make_plant.hpp"
+#include "experiments/systems/actuator/plants/make_plant.hpp"
 
 #include <memory>
 #include <string>

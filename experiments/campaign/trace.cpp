@@ -1,7 +1,7 @@
 #include "experiments/campaign/trace.hpp"
 
 #include "controllers/timing.hpp"
-#include "core/actuator/valves.hpp"
+#include "core/systems/actuator/valves.hpp"
 
 #include <algorithm>
 #include <cmath>

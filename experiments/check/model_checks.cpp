@@ -1,5 +1,5 @@
-#include "core/actuator/dynamics.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/dynamics.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/check/checks.hpp"
 

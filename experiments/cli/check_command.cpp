@@ -1,7 +1,7 @@
 #include "controllers/factory.hpp"
 #include "controllers/timing.hpp"
-#include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "experiments/base/result.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/check/checks.hpp"

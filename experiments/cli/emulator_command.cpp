@@ -1,5 +1,5 @@
-#include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/interrupt.hpp"
 #include "experiments/campaign/campaign.hpp"

@@ -6,15 +6,15 @@
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/output_options.hpp"
 #include "experiments/cli/value_kinds.hpp"
-#include "experiments/identify/coverage_study.hpp"
-#include "experiments/identify/identify.hpp"
-#include "experiments/identify/log_source.hpp"
-#include "experiments/identify/output.hpp"
-#include "experiments/identify/run_experiment.hpp"
-#include "experiments/plants/twin_plant.hpp"
 #include "experiments/rig/calibration.hpp"
 #include "experiments/rig/plants.hpp"
 #include "experiments/rig/preflight.hpp"
+#include "experiments/systems/actuator/identify/coverage_study.hpp"
+#include "experiments/systems/actuator/identify/identify.hpp"
+#include "experiments/systems/actuator/identify/log_source.hpp"
+#include "experiments/systems/actuator/identify/output.hpp"
+#include "experiments/systems/actuator/identify/run_experiment.hpp"
+#include "experiments/systems/actuator/twin/twin_plant.hpp"
 
 #include <algorithm>
 #include <cmath>

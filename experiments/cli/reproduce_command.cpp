@@ -2,7 +2,7 @@
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/output_options.hpp"
 #include "experiments/cli/value_kinds.hpp"
-#include "experiments/thesis/reproduce.hpp"
+#include "experiments/systems/actuator/thesis/reproduce.hpp"
 
 #include <algorithm>
 #include <cstdio>

@@ -2,7 +2,7 @@
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/output_options.hpp"
 #include "experiments/cli/value_kinds.hpp"
-#include "experiments/sizing/size_output.hpp"
+#include "experiments/systems/actuator/sizing/size_output.hpp"
 
 #include <memory>
 

@@ -5,10 +5,10 @@
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/output_options.hpp"
 #include "experiments/cli/value_kinds.hpp"
-#include "experiments/identify/coverage_study.hpp"
 #include "experiments/study/fishing.hpp"
-#include "experiments/study/force_ratio.hpp"
 #include "experiments/study/sweep.hpp"
+#include "experiments/systems/actuator/force_ratio/force_ratio.hpp"
+#include "experiments/systems/actuator/identify/coverage_study.hpp"
 
 #include <algorithm>
 #include <memory>

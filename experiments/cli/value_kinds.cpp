@@ -2,7 +2,7 @@
 
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/ensemble.hpp"
-#include "experiments/thesis/reproduce.hpp"
+#include "experiments/systems/actuator/thesis/reproduce.hpp"
 
 #include <algorithm>
 #include <optional>

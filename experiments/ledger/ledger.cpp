@@ -1,8 +1,8 @@
 #include "experiments/ledger/ledger.hpp"
 
 #include "controllers/compiled_solvers.hpp"
-#include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "solvers/minlp/bonmin.hpp"
 #include "solvers/search/branch_and_bound.hpp"
 

@@ -1,8 +1,8 @@
 #include "experiments/report/campaign_figures.hpp"
 
 #include "controllers/timing.hpp"
-#include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "experiments/base/gnuplot.hpp"
 #include "experiments/report/pareto.hpp"
 

@@ -1,6 +1,6 @@
 #include "experiments/report/run_figure.hpp"
 
-#include "core/actuator/valves.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "experiments/base/gnuplot.hpp"
 
 #include <algorithm>

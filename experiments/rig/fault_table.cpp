@@ -1,10 +1,10 @@
 #include "experiments/rig/fault_table.hpp"
 
 #include "controllers/timing.hpp"
-#include "core/actuator/valves.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "core/rt/deferred_solver.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "experiments/base/result.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/rig/background.hpp"

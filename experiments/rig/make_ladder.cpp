@@ -1,6 +1,6 @@
 #include "experiments/rig/make_ladder.hpp"
 
-#include "core/actuator/valves.hpp"
+#include "core/systems/actuator/valves.hpp"
 
 namespace solenoid {
 

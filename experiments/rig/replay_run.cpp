@@ -1,10 +1,10 @@
 #include "experiments/rig/replay_run.hpp"
 
 #include "controllers/timing.hpp"
-#include "core/actuator/valves.hpp"
 #include "core/config/document.hpp"
 #include "core/config/reader.hpp"
 #include "core/rt/deferred_solver.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/rig/make_ladder.hpp"
 #include "experiments/rig/rig_file.hpp"

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "core/actuator/prestabilised.hpp"
-#include "core/actuator/valves.hpp"
 #include "core/reference/trajectory.hpp"
+#include "core/systems/actuator/prestabilised.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "solvers/search/branch_and_bound.hpp"
 
 #include <string>

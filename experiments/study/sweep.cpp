@@ -56,7 +56,7 @@ StudyRows printed_rows(const PrintedSeries& printed) {
 }
 
 /// Least and greatest of a figure over a series.
-struct Span {
+struct ValueSpan {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   void add(double value) { low = std::fmin(low, value), high = std::fmax(high, value); }
   /// 0 also for what is better than all of the series; NaN for what is no number.
@@ -71,7 +71,7 @@ void mark_knees(const StudyTable& table, StudyRows& rows) {
     return static_cast<std::size_t>(std::ranges::find(table.figures, name) - table.figures.begin());
   };
   const std::size_t x = at(table.knee->x), y = at(table.knee->y);
-  std::map<std::string, std::pair<Span, Span>> spans;
+  std::map<std::string, std::pair<ValueSpan, ValueSpan>> spans;
   for (const StudyPoint& p : rows)
     if (p.value) spans[p.series].first.add(p.figures[x]), spans[p.series].second.add(p.figures[y]);
   const auto first = std::ranges::find_if(rows, [](const StudyPoint& p) { return p.value.has_value(); });

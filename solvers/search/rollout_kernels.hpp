@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/actuator/prestabilised.hpp"
+#include "core/systems/actuator/prestabilised.hpp"
 #include "solvers/search/rollout_kernel.hpp"
 
 #include <vector>

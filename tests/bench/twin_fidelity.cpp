@@ -9,7 +9,7 @@
 #include "core/config/reader.hpp"
 #include "experiments/base/embedded.hpp"
 #include "experiments/base/result.hpp"
-#include "experiments/thesis/fidelity.hpp"
+#include "experiments/systems/actuator/thesis/fidelity.hpp"
 
 #include <cstdio>
 #include <fstream>

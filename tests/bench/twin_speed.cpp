@@ -1,7 +1,7 @@
 // Speed of the truth plant: simulated seconds a second of one core, plant and sensors only, in the mode campaigns use
 // and in the adaptive one; and how far the modes part over the same commands.
 
-#include "experiments/plants/twin_plant.hpp"
+#include "experiments/systems/actuator/twin/twin_plant.hpp"
 
 #include <algorithm>
 #include <cmath>

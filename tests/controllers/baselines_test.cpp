@@ -1,10 +1,10 @@
 // The literature's controllers against their own equations: duties and bounds, surfaces and modes, phases, costs.
-#include "controllers/baselines/extended_cost.hpp"
-#include "controllers/baselines/pulse_width_pid.hpp"
-#include "controllers/baselines/switching_hybrid.hpp"
 #include "controllers/factory.hpp"
-#include "core/actuator/valves.hpp"
+#include "controllers/systems/actuator/laws/extended_cost.hpp"
+#include "controllers/systems/actuator/laws/pulse_width_pid.hpp"
+#include "controllers/systems/actuator/laws/switching_hybrid.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "solvers/search/exhaustive.hpp"
 
 #include <bit>

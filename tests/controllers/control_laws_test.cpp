@@ -1,6 +1,6 @@
 #include "controllers/catalogue.hpp"
 #include "controllers/mpc_controller.hpp"
-#include "core/actuator/valves.hpp"
+#include "core/systems/actuator/valves.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 #include "controllers/catalogue.hpp"
 #include "controllers/estimators/forecast.hpp"
-#include "controllers/estimators/moving_horizon.hpp"
 #include "controllers/estimators/sensitivity.hpp"
+#include "controllers/systems/actuator/estimators/moving_horizon.hpp"
 #include "tests/support/drawn_world.hpp"
 
 #include <cmath>

@@ -1,6 +1,6 @@
 // Relaxed variants through the factory: they track on their own model, whatever the motor does.
 #include "controllers/factory.hpp"
-#include "core/actuator/valves.hpp"
+#include "core/systems/actuator/valves.hpp"
 
 #include <gtest/gtest.h>
 

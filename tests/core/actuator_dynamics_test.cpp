@@ -1,5 +1,5 @@
-#include "core/actuator/dynamics.hpp"
-#include "core/actuator/valves.hpp"
+#include "core/systems/actuator/dynamics.hpp"
+#include "core/systems/actuator/valves.hpp"
 
 #include <cmath>
 #include <random>

@@ -1,6 +1,6 @@
 #include "core/mpc/mode_set.hpp"
 
-#include "core/actuator/valves.hpp"
+#include "core/systems/actuator/valves.hpp"
 
 #include <random>
 

@@ -1,7 +1,7 @@
-#include "core/actuator/parameters.hpp"
+#include "core/systems/actuator/parameters.hpp"
 
-#include "core/actuator/dynamics.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/dynamics.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -1,8 +1,8 @@
 // The relaxed problem contains the integer one: at integer points cost, outputs and switch timing agree.
 #include "core/mpc/relaxation.hpp"
 
-#include "core/actuator/prestabilised.hpp"
-#include "core/actuator/valves.hpp"
+#include "core/systems/actuator/prestabilised.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "tests/support/lotka_volterra.hpp"
 #include "tests/support/uniform.hpp"
 

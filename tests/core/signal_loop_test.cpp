@@ -1,8 +1,8 @@
-#include "core/actuator/valves.hpp"
 #include "core/metrics/metrics.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "core/signal/filters.hpp"
+#include "core/systems/actuator/valves.hpp"
 
 #include <complex>
 #include <limits>

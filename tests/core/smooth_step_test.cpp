@@ -1,5 +1,5 @@
-// What rounding off the friction's kink costs, as core/actuator/dynamics.hpp states it.
-#include "core/actuator/prestabilised.hpp"
+// What rounding off the friction's kink costs, as core/systems/actuator/dynamics.hpp states it.
+#include "core/systems/actuator/prestabilised.hpp"
 
 #include <random>
 

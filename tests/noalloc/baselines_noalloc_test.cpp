@@ -5,7 +5,7 @@
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/plants/model_plant.hpp"
+#include "experiments/systems/actuator/plants/model_plant.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 #include "core/rt/allocation_guard.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
-#include "experiments/plants/model_plant.hpp"
+#include "experiments/systems/actuator/plants/model_plant.hpp"
 #include "solvers/search/exhaustive.hpp"
 
 #include <cmath>

@@ -1,5 +1,5 @@
 #include "core/rt/allocation_guard.hpp"
-#include "experiments/plants/twin_plant.hpp"
+#include "experiments/systems/actuator/twin/twin_plant.hpp"
 
 #include <gtest/gtest.h>
 

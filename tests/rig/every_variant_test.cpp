@@ -1,12 +1,12 @@
 // Every shipped variant as the rig runs it: solver in a thread on simulated time, ladder, exit; skipped ticks, late, hanging
 // and spoilt plans, SAFE and a task begun anew.
 #include "controllers/catalogue.hpp"
-#include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/plants/make_plant.hpp"
 #include "experiments/rig/fault_table.hpp"
 #include "experiments/rig/make_ladder.hpp"
+#include "experiments/systems/actuator/plants/make_plant.hpp"
 
 #include <cmath>
 

@@ -1,7 +1,7 @@
 #include "controllers/timing.hpp"
-#include "core/actuator/valves.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/rig/fault_table.hpp"
 #include "experiments/rig/make_ladder.hpp"

@@ -1,5 +1,5 @@
-#include "core/actuator/valves.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "experiments/base/bytes.hpp"
 #include "experiments/rig/log/mcap_reader.hpp"
 #include "experiments/rig/log/mcap_writer.hpp"

@@ -1,5 +1,5 @@
 // What a program gets that includes the search's own header and a model, and nothing else of the library.
-#include "core/actuator/prestabilised.hpp"
+#include "core/systems/actuator/prestabilised.hpp"
 #include "solvers/search/branch_and_bound.hpp"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // The relaxed problem's gradient against differences, and Bonmin against enumeration.
-#include "core/actuator/prestabilised.hpp"
-#include "core/actuator/valves.hpp"
+#include "core/systems/actuator/prestabilised.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "solvers/minlp/bonmin.hpp"
 #include "solvers/search/exhaustive.hpp"
 #include "tests/support/lotka_volterra.hpp"

@@ -1,8 +1,8 @@
 // Pulses of whole steps through delayed switches: on-times follow what the relaxation wants, delays made up for.
 #include "solvers/rounding/pulse_width.hpp"
 
-#include "core/actuator/prestabilised.hpp"
-#include "core/actuator/valves.hpp"
+#include "core/systems/actuator/prestabilised.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "solvers/rounding/relax_and_pulse.hpp"
 
 #include <bit>

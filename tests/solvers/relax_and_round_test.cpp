@@ -1,7 +1,7 @@
 #include "solvers/rounding/relax_and_round.hpp"
 
-#include "core/actuator/prestabilised.hpp"
-#include "core/actuator/valves.hpp"
+#include "core/systems/actuator/prestabilised.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "solvers/search/exhaustive.hpp"
 #include "tests/support/given_weights.hpp"
 #include "tests/support/lotka_volterra.hpp"

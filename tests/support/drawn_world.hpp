@@ -1,9 +1,9 @@
 #pragma once
 
-#include "controllers/estimators/kalman.hpp"
 #include "controllers/factory.hpp"
+#include "controllers/systems/actuator/estimators/kalman.hpp"
 #include "controllers/timing.hpp"
-#include "core/actuator/valves.hpp"
+#include "core/systems/actuator/valves.hpp"
 
 #include <memory>
 #include <random>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "core/actuator/parameters.hpp"
 #include "core/mpc/relaxation.hpp"
+#include "core/systems/actuator/parameters.hpp"
 
 #include <cmath>
 #include <fstream>

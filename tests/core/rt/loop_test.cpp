@@ -1,9 +1,9 @@
-#include "core/actuator/valves.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "core/rt/mailbox.hpp"
 #include "core/rt/process_setup.hpp"
 #include "core/rt/ring.hpp"
+#include "core/systems/actuator/valves.hpp"
 
 #include <map>
 #include <thread>

@@ -1,4 +1,4 @@
-#include "core/actuator/valves.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/simulate.hpp"
 

@@ -1,6 +1,6 @@
 #include "experiments/campaign/trace.hpp"
 
-#include "core/actuator/valves.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/simulate.hpp"
 #include "tests/experiments/program_under_test.hpp"

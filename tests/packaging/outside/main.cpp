@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include <solenoid/core/actuator/dynamics.hpp>
+#include <solenoid/core/systems/actuator/dynamics.hpp>
 #include <solenoid/solvers/search/exhaustive.hpp>
 
 struct Tank {

@@ -1,0 +1,91 @@
+#include "controllers/systems/actuator/estimators/kalman.hpp"
+
+#include <cmath>
+
+namespace solenoid {
+
+ActuatorKalman::ActuatorKalman(const PneumaticActuator& model, const EstimatorTuning& tuning) : model_(model, tuning) {}
+
+ActuatorState ActuatorKalman::update(const Sensors& sensors) noexcept {
+  const bool sound = belief_.mean.allFinite() && belief_.covariance.allFinite();
+  if (starts_ > 0 && sound && lost_ticks_ < patience_ticks) {
+    predict();
+    innovation_ = correct(sensors);
+  } else if (std::isfinite(sensors.position_m + sensors.pressure_a_pa + sensors.pressure_b_pa)) {
+    model_.start(sensors, starts_ == 0, belief_);
+    ++starts_;
+    lost_ticks_ = 0;
+  }
+  return actuator_state(belief_);
+}
+
+void ActuatorKalman::applied(const SwitchedOf<PneumaticActuator>& opening, double motor_n) noexcept {
+  opening_ = opening;
+  motor_n_ = motor_n;
+}
+
+void ActuatorKalman::predict() noexcept {
+  SensedModel::Jacobian jacobian;
+  double unknown_variance = 0.0;
+  const double velocity_sigma = std::sqrt(std::max(0.0, belief_.covariance(velocity, velocity)));
+  model_.linearise(belief_.mean, velocity_sigma, opening_, motor_n_, jacobian, unknown_variance);
+  model_.advance(belief_.mean, belief_.at_rest, opening_, motor_n_);
+  // P is symmetric, so F P F' = F (F P)'.
+  model_.propagate<Belief::size>(jacobian, belief_.covariance.data());
+  belief_.covariance.transposeInPlace();
+  model_.propagate<Belief::size>(jacobian, belief_.covariance.data());
+  model_.add_process_noise(unknown_variance, belief_.covariance);
+}
+
+double ActuatorKalman::correct(const Sensors& sensors) noexcept {
+  Belief::Covariance& p = belief_.covariance;
+  const double measured[] = {sensors.position_m, sensors.pressure_a_pa, sensors.pressure_b_pa};
+  double squares = 0.0;
+  innovations_ = {};
+  for (const int i : {0, 1, 2}) {
+    if (!std::isfinite(measured[i])) continue;
+    const Belief::State& h = model_.sensor(i);
+    const Belief::State ph = p * h;
+    const double expected = h.dot(belief_.mean), spread = h.dot(ph);
+    if (model_.saturated(i, measured[i], expected)) continue;
+    const double innovation = measured[i] - expected;
+    const double believed = spread + model_.sensor_variance(i);
+    const double gate = model_.tuning().gate_sigmas;
+    const double variance = std::max(believed, innovation * innovation / (gate * gate));
+    const Belief::State gain = ph / variance;
+    belief_.mean += gain * innovation;
+    // (I - K h') P (I - K h')' + K r K', factor by factor: symmetric and positive whatever the rounding of K.
+    p.noalias() -= gain * ph.transpose();
+    const Belief::State left = p * h;
+    p.noalias() -= left * gain.transpose();
+    p.noalias() += (variance - spread) * gain * gain.transpose();
+    innovations_[static_cast<std::size_t>(i)] = innovation * innovation / believed;
+    squares += innovation * innovation / believed;
+    if (i == 0) lost_ticks_ = innovation * innovation > lost_sigmas * lost_sigmas * believed ? lost_ticks_ + 1 : 0;
+  }
+  p = (0.5 * (p + p.transpose())).eval();
+  model_.confine(belief_.mean);
+  return squares;
+}
+
+EstimateDetail ActuatorKalman::detail() const noexcept { return estimate_detail(belief_, innovation_); }
+
+ActuatorState actuator_state(const Belief& b) noexcept {
+  return {b.mean[position], b.mean[velocity], b.mean[pressure_a], b.mean[pressure_b]};
+}
+
+EstimateDetail estimate_detail(const Belief& b, double innovation) noexcept {
+  const auto sigma = [&b](auto i) {
+    const int k = static_cast<int>(i);
+    return std::sqrt(std::max(0.0, b.covariance(k, k)));
+  };
+  EstimateDetail d;
+  d.payload_kg = b.mean[payload], d.payload_sigma_kg = sigma(payload);
+  d.disturbance_n = b.mean[disturbance], d.disturbance_sigma_n = sigma(disturbance);
+  d.flow_factor = b.mean[flow_factor], d.friction_factor = b.mean[friction_factor];
+  d.sigma = {sigma(position), sigma(velocity), sigma(pressure_a), sigma(pressure_b)};
+  d.innovation = innovation;
+  return d;
+}
+
+}  // namespace solenoid

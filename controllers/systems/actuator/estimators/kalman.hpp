@@ -1,0 +1,55 @@
+#pragma once
+
+#include "controllers/systems/actuator/estimators/sensed_model.hpp"
+
+namespace solenoid {
+
+/// Extended Kalman filter through the sensing chain (`ekf`, `payload_ekf`).                [estimators.md, section 2]
+///
+///     each tick   x, P through the model with the inputs in effect since the last (applied), then the three sensors
+///                 one after the other, each a scalar update in Joseph's form
+///
+/// shapes      24 states, 3 measurements
+/// promise     no allocation, lock or exception
+class ActuatorKalman {
+ public:
+  ActuatorKalman(const PneumaticActuator& model, const EstimatorTuning& tuning);
+
+  /// Takes the sensors of this tick; returns the estimate at this tick. Non-finite sensors are left out; a non-finite
+  /// belief, or one that positions contradict for long, starts anew.
+  ActuatorState update(const Sensors& sensors) noexcept;
+  /// Inputs in effect from this tick to the next.
+  void applied(const SwitchedOf<PneumaticActuator>& opening, double motor_n) noexcept;
+
+  EstimateDetail detail() const noexcept;
+  const Belief& belief() const { return belief_; }
+  double innovation() const { return innovation_; }
+  /// The last tick's innovations squared, in their variances: position, pressures; 0 for a sensor left out.
+  const std::array<double, 3>& innovations() const { return innovations_; }
+  std::int64_t starts() const { return starts_; }
+  const SensedModel& model() const { return model_; }
+
+  void predict() noexcept;
+  /// Returns the normalised innovation squared.
+  double correct(const Sensors& sensors) noexcept;
+
+ private:
+  /// So many ticks in a row with positions so far off: the belief is wrong beyond repair.
+  static constexpr int patience_ticks = 10;
+  static constexpr double lost_sigmas = 15.0;
+
+  SensedModel model_;
+  Belief belief_;
+  SwitchedOf<PneumaticActuator> opening_{};
+  double motor_n_ = 0.0, innovation_ = 0.0;
+  std::array<double, 3> innovations_{};
+  int lost_ticks_ = 0;
+  std::int64_t starts_ = 0;
+};
+
+/// The part of a belief that controllers and logs read.
+ActuatorState actuator_state(const Belief& belief) noexcept;
+/// What the belief says beyond the state, with the tick's normalised innovation squared.
+EstimateDetail estimate_detail(const Belief& belief, double innovation) noexcept;
+
+}  // namespace solenoid

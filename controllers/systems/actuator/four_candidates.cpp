@@ -1,0 +1,52 @@
+#include "controllers/systems/actuator/four_candidates.hpp"
+
+#include <algorithm>
+
+namespace solenoid {
+namespace {
+
+/// Openings: fill A, exhaust A, fill B, exhaust B.
+bool drives_both_chambers(std::span<const double> opening) {
+  return opening[0] + opening[1] == 1.0 && opening[2] + opening[3] == 1.0;
+}
+
+ModeSet four_of(const ModeSet& all) {
+  std::vector<Mode> chosen;
+  for (const bool driving : {true, false})
+    for (const Mode& mode : all.modes())
+      if (drives_both_chambers(all.point(mode.pattern)) == driving && chosen.size() < 4) chosen.push_back(mode);
+  const auto point = [&](SwitchPattern pattern) {
+    const auto p = all.point(pattern);
+    return std::vector<double>(p.begin(), p.end());
+  };
+  const std::vector<double> offset = point(0);
+  std::vector<std::vector<double>> gain;
+  for (int c = 0; c < all.switch_count(); ++c) {
+    gain.push_back(point(SwitchPattern{1} << c));
+    for (std::size_t i = 0; i < offset.size(); ++i) gain.back()[i] -= offset[i];
+  }
+  const std::vector<Switch> switches(all.switches().begin(), all.switches().end());
+  return {"four of " + all.name(), switches, chosen, offset, gain};
+}
+
+}  // namespace
+
+FourCandidates::FourCandidates(const PneumaticActuator& model, const ModeSet& modes, int steps)
+    : problem_(model, four_of(modes), Horizon{tick_s, {steps}}, Cost<PneumaticActuator>{.tracking = {1.0, 0.0}}),
+      plan_(problem_) {
+  solver_.prepare(problem_);
+}
+
+SwitchPattern FourCandidates::search(const ActuatorState& state, const DelayLines& lines,
+                                     const RestartableReference& reference, double time_s) noexcept {
+  problem_.initial = problem_.model.nearest_valid(state);
+  problem_.lines = lines;
+  for (std::size_t j = 0; j < problem_.reference.size(); ++j) {
+    const ReferenceSample ahead = reference.at(time_s + static_cast<double>(j + 1) * tick_s);
+    problem_.reference[j] = {ahead.position, ahead.velocity};
+  }
+  const SolveReport report = solver_.solve(problem_, plan_, Deadline::never());
+  return usable(report.status) ? problem_.modes.pattern(plan_.modes.front()) : SwitchPattern{0};
+}
+
+}  // namespace solenoid

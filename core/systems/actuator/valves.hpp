@@ -1,0 +1,24 @@
+#pragma once
+
+#include "core/mpc/mode_set.hpp"
+#include "core/systems/actuator/parameters.hpp"
+
+#include <string>
+#include <vector>
+
+namespace solenoid {
+
+/// Returns a valve configuration as data over coils (model.md, section 5).
+///
+/// `three_way`   Table 5-1: one coil a chamber, energised fills, de-energised exhausts; four modes, mode = u_p
+/// `two_way`     8.3.1: a supply and an exhaust valve a chamber, normally closed; fill, exhaust or blocked: nine modes
+/// `three_mode`  of those, A fills while B exhausts, the reverse, all blocked (Nguyen 2007; Qi, Bone, Zhang 2019)
+/// `seven_mode`  of those, all but both filling and both exhausting (Hodgson 2015)
+///
+/// Delays come from the parameters. Throws std::invalid_argument naming what is allowed.
+ModeSet valve_modes(const std::string& configuration, const ActuatorParameters& parameters);
+
+/// Returns the names above.
+const std::vector<std::string>& valve_configurations();
+
+}  // namespace solenoid

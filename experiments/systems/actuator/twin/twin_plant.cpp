@@ -1,0 +1,62 @@
+#include "experiments/systems/actuator/twin/twin_plant.hpp"
+
+#include "core/systems/actuator/valves.hpp"
+
+#include <cmath>
+
+namespace solenoid {
+namespace {
+
+ActuatorState actuator_state(const TwinState& x) { return {x[position], x[velocity], x[pressure_a], x[pressure_b]}; }
+
+/// Independent streams from one seed.
+std::uint64_t stream(std::uint64_t seed, std::uint64_t which) {
+  std::uint64_t z = seed * 0x9E3779B97F4A7C15u + which * 0xD1B54A32D192ED03u;
+  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;  // splitmix64's mixing
+  z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+  return z ^ (z >> 31);
+}
+
+}  // namespace
+
+TwinParameters twin_for(TwinParameters p, const TwinCase& task) {
+  p.actuator = task.mismatch.applied_to(p.actuator);
+  p.actuator.payload_mass_kg = task.payload_kg;
+  p.actuator.plane = task.plane;
+  p.valves.rise_s *= task.mismatch.delay;
+  p.valves.fall_s *= task.mismatch.delay;
+  return p;
+}
+
+TwinPlant::TwinPlant(const TwinParameters& parameters, const std::string& valves, double start_m,
+                     const Sensing& sensing)
+    : physics_(parameters),
+      modes_(valve_modes(valves, parameters.actuator)),
+      integrator_(physics_, modes_),
+      valves_(modes_, parameters.valves, stream(sensing.seed, 1)),
+      state_(physics_.state_at_rest(start_m)),
+      sensing_(parameters.sensing, parameters.actuator.atmospheric_pressure_pa, sensing.noise, actuator_state(state_),
+               stream(sensing.seed, 2)),
+      ideal_(sensing.ideal) {}
+
+ActuatorState TwinPlant::truth() const noexcept { return actuator_state(state_); }
+
+Sensors TwinPlant::read(double time_s) noexcept {
+  constexpr double interval = SensingChain::interval_s;
+  const auto due = static_cast<std::int64_t>(std::llround(time_s / interval));
+  for (; intervals_ < due; ++intervals_) {
+    const auto i = static_cast<double>(intervals_);
+    integrator_.advance(state_, valves_, motor_command_n_, i * interval, (i + 1) * interval);
+    sensing_.sample(state_[pressure_a], state_[pressure_b]);
+  }
+  Sensors sensors = sensing_.read(time_s, truth());
+  sensors.ideal = ideal_;
+  return sensors;
+}
+
+void TwinPlant::write(const Command& command) noexcept {
+  valves_.command(command.coils, static_cast<double>(intervals_) * SensingChain::interval_s);
+  motor_command_n_ = command.motor_force_n;
+}
+
+}  // namespace solenoid
