@@ -1,11 +1,11 @@
 #include "controllers/catalogue.hpp"
 
 #include "controllers/compiled_solvers.hpp"
+#include "controllers/systems/actuator/estimators/actuator_estimator.hpp"
 #include "controllers/systems/actuator/estimators/kalman.hpp"
 #include "controllers/systems/actuator/estimators/moving_horizon.hpp"
 #include "controllers/systems/actuator/estimators/thesis_estimator.hpp"
 #include "controllers/systems/actuator/laws/extended_cost.hpp"
-#include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
 #include "solvers/minlp/bonmin.hpp"
 #include "solvers/rounding/pulse_width.hpp"
@@ -33,8 +33,9 @@ SolverPtr<M> rounding(const VariantConfig& v, RoundingMethod method) {
 }
 
 template <HybridModel M>
-SolverPtr<M> pulses(std::unique_ptr<RelaxedSolver<M>> relaxed) {
-  return std::make_unique<RelaxAndPulse<M>>(std::move(relaxed), RelaxAndPulseSettings{.interval = ticks_per_period});
+SolverPtr<M> pulses(const VariantConfig& v, std::unique_ptr<RelaxedSolver<M>> relaxed) {
+  return std::make_unique<RelaxAndPulse<M>>(std::move(relaxed),
+                                            RelaxAndPulseSettings{.interval = v.timing.ticks_per_period});
 }
 
 /// Every valve closed after the first block: a mode that not every configuration has.
@@ -48,7 +49,7 @@ void check_extended_cost(TableReader& table, const VariantConfig& v) {
 /// Each interval of the relaxation is as long as the longest delay, and its pulses are tried one by one.
 void check_pulses(TableReader& table, const VariantConfig& v) {
   const double longest_s = std::max(v.nominal.energise_delay_s, v.nominal.deenergise_delay_s);
-  if (longest_s > (PulseWidth::longest_interval + 0.5) * tick_s)
+  if (longest_s > (PulseWidth::longest_interval + 0.5) * v.timing.tick_s)
     table.fail("solver", fmt::format("'{}' cuts pulses in intervals as long as the longest valve delay, here {:g} ms "
                                      "(allowed: delays of at most {} ms, or another solver)",
                                      v.solver, 1e3 * longest_s, PulseWidth::longest_interval));
@@ -93,7 +94,7 @@ std::vector<SolverRow> make_solver_rows() {
        .pulses = true,
        .groups = {"planning"},
        .valves = {"three_way", "two_way", "three_mode"},
-       .make = []<HybridModel M>(const VariantConfig&) { return pulses(make_relaxed_sqp<M>()); },
+       .make = []<HybridModel M>(const VariantConfig& v) { return pulses(v, make_relaxed_sqp<M>()); },
        .check = check_pulses});
   rows.push_back({.name = "ipopt",
                   .summary = "the same by Ipopt: a reference for simulations",
@@ -104,7 +105,7 @@ std::vector<SolverRow> make_solver_rows() {
                   .pulses = true,
                   .groups = {"planning"},
                   .valves = {"three_way", "three_mode"},
-                  .make = []<HybridModel M>(const VariantConfig&) { return pulses(make_relaxed_ipopt<M>()); },
+                  .make = []<HybridModel M>(const VariantConfig& v) { return pulses(v, make_relaxed_ipopt<M>()); },
                   .check = check_pulses});
   rows.push_back({.name = "bonmin",
                   .summary = "the mixed-integer problem by Bonmin, where coinor-libbonmin-dev was there at build time",
@@ -127,13 +128,15 @@ std::vector<EstimatorRow> make_estimator_rows() {
   force_alone.memory.force_s = 1.0;
   force_alone.pressure_drift_pa = 1e4;
   const auto kalman = [](const PneumaticActuator& model, const EstimatorTuning& tuning) {
-    return Estimator(ActuatorKalman(model, tuning));
+    return actuator_estimator(ActuatorKalman(model, tuning));
   };
   return {{"thesis",
            "50 Hz Butterworth on the position, backward difference for the velocity",
            false,
            {},
-           [](const PneumaticActuator&, const EstimatorTuning&) { return Estimator(ThesisEstimator()); }},
+           [](const PneumaticActuator&, const EstimatorTuning& tuning) {
+             return actuator_estimator(ThesisEstimator(tuning.tick_s));
+           }},
           {"ekf", "Kalman filter over the sensing chain; one disturbance force", true, force_alone, kalman},
           {"payload_ekf", "the same with payload, flow and friction factors", true, {}, kalman},
           {"mhe",
@@ -141,7 +144,7 @@ std::vector<EstimatorRow> make_estimator_rows() {
            true,
            {},
            [](const PneumaticActuator& model, const EstimatorTuning& tuning) {
-             return Estimator(MovingHorizon(model, tuning));
+             return actuator_estimator(MovingHorizon(model, tuning));
            }}};
 }
 

@@ -58,7 +58,7 @@ struct SolverRow {
 struct LawRow {
   std::string name, summary;
   std::vector<std::string> groups, valves;
-  std::unique_ptr<Controller> (*make)(const VariantConfig& variant, const Trajectory& reference, Plane plane);
+  std::unique_ptr<Controller> (*make)(const VariantConfig& variant, const Motion& reference, Plane plane);
   void (*check)(TableReader& table, const VariantConfig& variant) = [](TableReader&, const VariantConfig&) {};
 };
 

@@ -1,9 +1,9 @@
 #pragma once
 
 #include "controllers/estimators/estimator.hpp"
-#include "controllers/timing.hpp"
 #include "core/mpc/mode_set.hpp"
 #include "core/rt/controller.hpp"
+#include "core/system/timing.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,11 +12,11 @@
 
 namespace solenoid {
 
-/// What a controller believes acts on the plant: the commands on their way to the valves, and what the estimator is
+/// What a controller believes acts on the plant: the commands on their way to the switches, and what the estimator is
 /// told of them.
 class CommandsInFlight {
  public:
-  explicit CommandsInFlight(const ModeSet& modes) : modes_(modes), timing_(modes, tick_s) {}
+  CommandsInFlight(const ModeSet& modes, double tick_s) : modes_(modes), timing_(modes, tick_s), tick_s_(tick_s) {}
 
   /// The lines as the next tick begins.
   const DelayLines& lines() const { return lines_; }
@@ -36,14 +36,14 @@ class CommandsInFlight {
 
   /// Ticks skipped before this sample went by under the last command, unmeasured; the estimator predicts through the
   /// first of them. Returns how many. The first sample ever has none before it.
-  std::int64_t catch_up(const Sensors& sensors, Estimator& estimator) noexcept {
-    const std::int64_t skipped = begun_ ? std::llround((sensors.time_s - last_time_s_) / tick_s) - 1 : 0;
+  std::int64_t catch_up(const Measurement& measured, Estimator& estimator) noexcept {
+    const std::int64_t skipped = begun_ ? std::llround((measured.time_s - last_time_s_) / tick_s_) - 1 : 0;
     begun_ = true;
-    last_time_s_ = sensors.time_s;
-    Sensors unknown = sensors;
-    unknown.position_m = unknown.pressure_a_pa = unknown.pressure_b_pa = std::numeric_limits<double>::quiet_NaN();
+    last_time_s_ = measured.time_s;
+    Measurement unknown = measured;
+    unknown.value.fill(std::numeric_limits<double>::quiet_NaN());
     for (std::int64_t k = 0; k < skipped; ++k) {
-      if (k < most_predicted_ticks && !sensors.ideal) estimator.update(unknown);
+      if (k < most_predicted_ticks && !measured.ideal) estimator.update(unknown);
       pass(last_, estimator);
     }
     return std::max<std::int64_t>(0, skipped);
@@ -54,17 +54,16 @@ class CommandsInFlight {
 
   SwitchPattern pass(const Command& command, Estimator& estimator) noexcept {
     last_ = command;
-    lines_.command(command.coils, timing_);
+    lines_.command(command.switches, timing_);
     const SwitchPattern in_effect = lines_.effective();
-    Vector<double, 4> opening{};
-    std::ranges::copy(modes_.point(in_effect), opening.begin());
-    estimator.applied(opening, command.motor_force_n);
+    estimator.applied(modes_.point(in_effect), command.continuous);
     lines_.advance(1);
     return in_effect;
   }
 
   ModeSet modes_;
   SwitchTiming timing_;
+  double tick_s_;
   DelayLines lines_{0}, before_{0};
   Command last_;
   double last_time_s_ = 0.0;

@@ -2,8 +2,6 @@
 
 #include "controllers/commands_in_flight.hpp"
 #include "controllers/estimators/estimator.hpp"
-#include "controllers/systems/actuator/motor_laws.hpp"
-#include "controllers/variant.hpp"
 #include "core/reference/restartable.hpp"
 #include "core/rt/controller.hpp"
 
@@ -15,10 +13,9 @@ struct Moment {
   double time_s = 0.0;
   const RestartableReference& reference;
   const CommandsInFlight& in_flight;  ///< as the tick begins, without its own command
-  const MotorLaw& motor;
 };
 
-/// What every controller of the actuator does around its decision, predictive control and valve laws alike:
+/// What every controller does around its decision, predictive control and feedback laws alike:
 ///
 ///     skipped ticks caught up -> reference -> estimate -> Decider -> the command taken as what acts on the plant
 ///
@@ -27,8 +24,7 @@ struct Moment {
 /// Decider:  decide(const Moment&, Decision&) noexcept          sets d.command, and what else it knows of d
 ///           look_ahead(const Moment&, const Decision&, SwitchPattern in_effect) noexcept    once the command is given
 ///           restart(std::int64_t tick) noexcept
-///           believe(payload_kg, external_force_n) noexcept     what the estimator found, where the variant uses it
-///           payload_kg() noexcept                              of its model as the variant has it
+///           believe(const EstimateDetail&) noexcept            what the estimator found beyond the state
 template <class Decider>
 class ControllerShell final : public Controller {
  public:
@@ -36,19 +32,18 @@ class ControllerShell final : public Controller {
   struct Parts {
     RestartableReference reference;
     Estimator estimator;
-    UseEstimate use_estimate;
-    MotorLaw motor;
     ModeSet modes;
+    double tick_s = 0.001;
   };
   ControllerShell(Parts parts, Decider decider)
-      : parts_(std::move(parts)), decider_(std::move(decider)), in_flight_(parts_.modes) {}
+      : parts_(std::move(parts)), decider_(std::move(decider)), in_flight_(parts_.modes, parts_.tick_s) {}
 
-  Decision step(const Sensors& sensors) noexcept override {
-    tick_ += in_flight_.catch_up(sensors, parts_.estimator);
+  Decision step(const Measurement& measured) noexcept override {
+    tick_ += in_flight_.catch_up(measured, parts_.estimator);
     Decision d;
-    d.reference = parts_.reference.at(sensors.time_s);
-    take_estimate(sensors, d);
-    const Moment moment{tick_, sensors.time_s, parts_.reference, in_flight_, parts_.motor};
+    d.reference = parts_.reference.at(measured.time_s);
+    take_estimate(measured, d);
+    const Moment moment{tick_, measured.time_s, parts_.reference, in_flight_};
     decider_.decide(moment, d);
     const SwitchPattern in_effect = in_flight_.take(d.command, parts_.estimator);
     decider_.look_ahead(moment, d, in_effect);
@@ -58,27 +53,21 @@ class ControllerShell final : public Controller {
 
   void applied(const Command& command) noexcept override { in_flight_.correct(command, parts_.estimator); }
 
-  void restart(double time_s, double position_m) noexcept override {
-    parts_.reference.restart(time_s, position_m);
+  void restart(double time_s, const AxisValues& from) noexcept override {
+    parts_.reference.restart(time_s, from);
     decider_.restart(tick_);
   }
 
  private:
-  /// The state into `d`, and what the prediction uses of the rest of the estimate into the models that decide. Under
-  /// ideal sensing the true state passes the estimator by.
-  void take_estimate(const Sensors& sensors, Decision& d) noexcept {
-    if (sensors.ideal) {
-      d.estimate = sensors.truth;
+  /// Under ideal sensing the true state passes the estimator by.
+  void take_estimate(const Measurement& measured, Decision& d) noexcept {
+    if (measured.ideal) {
+      d.estimate = measured.truth;
       return;
     }
-    d.estimate = parts_.estimator.update(sensors);
+    d.estimate = parts_.estimator.update(measured);
     d.detail = parts_.estimator.detail();
-    const UseEstimate& use = parts_.use_estimate;
-    if (!use.payload && !use.disturbance) return;
-    const double payload_kg = use.payload ? d.detail.payload_kg : decider_.payload_kg();
-    const double external_n = use.disturbance ? d.detail.disturbance_n : 0.0;
-    decider_.believe(payload_kg, external_n);
-    if (auto* law = std::get_if<InverseDynamicsMotor>(&parts_.motor)) law->set_load(payload_kg, external_n);
+    decider_.believe(d.detail);
   }
 
   Parts parts_;
@@ -86,10 +75,5 @@ class ControllerShell final : public Controller {
   CommandsInFlight in_flight_;
   std::int64_t tick_ = 0;
 };
-
-/// The motor's force by its law alone.
-inline double law_force(const MotorLaw& motor, const ReferenceSample& desired, const ActuatorState& x) noexcept {
-  return std::visit([&](const auto& law) { return law.force(desired, x); }, motor);
-}
 
 }  // namespace solenoid

@@ -3,6 +3,7 @@
 #include "controllers/any_solver.hpp"
 #include "controllers/catalogue.hpp"
 #include "controllers/controller_shell.hpp"
+#include "controllers/ladder/fallback_ladder.hpp"
 #include "controllers/variant.hpp"
 #include "core/rt/controller.hpp"
 #include "core/safety/limits.hpp"
@@ -14,7 +15,7 @@ namespace solenoid {
 
 /// The controller of a variant, tracking `reference`, with the arm in `plane`; `decorate` gets its solver, if it has
 /// one, before the controller does. Throws ConfigError or std::invalid_argument for impossible combinations.
-std::unique_ptr<Controller> make_controller(const VariantConfig& variant, const Trajectory& reference, Plane plane,
+std::unique_ptr<Controller> make_controller(const VariantConfig& variant, const Motion& reference, Plane plane,
                                             const SolverDecorator& decorate = {});
 
 /// The problem a variant poses in each period, without state and reference. Model: PneumaticActuator, or
@@ -49,17 +50,20 @@ Model make_model(const VariantConfig& v, Plane plane) {
     return Model(nominal);
 }
 
-/// The motor's law beside the valves.
-MotorLaw make_motor(const VariantConfig& variant, const PneumaticActuator& model);
+/// The motor's law beside the valves, and what the variant uses of the estimate.
+MotorInputs make_motor(const VariantConfig& variant, const PneumaticActuator& model);
+
+/// A variant's controller inside the fallback ladder, as the rig runs it. Throws ConfigError or std::invalid_argument.
+std::unique_ptr<FallbackLadder> make_ladder(const VariantConfig& variant, const Motion& reference, Plane plane,
+                                            LadderSettings settings, const SolverDecorator& decorate = {});
 
 /// A decider with the estimator, references and exits of its variant around it.
 template <class Decider>
-std::unique_ptr<Controller> make_shell(const VariantConfig& v, const Trajectory& reference, Plane plane,
-                                       Decider decider) {
+std::unique_ptr<Controller> make_shell(const VariantConfig& v, const Motion& reference, Plane plane, Decider decider) {
   const auto model = make_model<PneumaticActuator>(v, plane);
-  typename ControllerShell<Decider>::Parts parts{reference, make_estimator(v.estimator, model, v.estimation),
-                                                 v.use_estimate, make_motor(v, model),
-                                                 valve_modes(v.valves, model.parameters())};
+  typename ControllerShell<Decider>::Parts parts{RestartableReference(reference),
+                                                 make_estimator(v.estimator, model, v.estimation),
+                                                 valve_modes(v.valves, model.parameters()), v.timing.tick_s};
   return std::make_unique<ControllerShell<Decider>>(std::move(parts), std::move(decider));
 }
 

@@ -5,7 +5,7 @@
 
 namespace solenoid {
 
-/// Integral action as an offset of the valves' reference, (5.9), with a forgetting factor and a bound against wind-up:
+/// Integral action as an offset of the reference of the switches, (5.9), with a forgetting factor and a bound against wind-up:
 ///
 ///     sum <- forgetting * sum + (y_d - y),   y_offset = gain * sum,   |y_offset| <= limit        once a T_s
 ///
@@ -20,6 +20,7 @@ struct IntegralSettings {
 /// The sum of IntegralSettings, a step a control period.
 class IntegralOffset {
  public:
+  IntegralOffset() = default;
   explicit IntegralOffset(const IntegralSettings& settings) : settings_(settings) {}
 
   /// Adds y_d - y and returns y_offset [m].

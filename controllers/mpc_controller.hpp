@@ -3,9 +3,10 @@
 #include "controllers/controller_shell.hpp"
 #include "controllers/estimators/forecast.hpp"
 #include "controllers/integral_offset.hpp"
-#include "controllers/timing.hpp"
+#include "controllers/planned_inputs.hpp"
 #include "core/mpc/solver.hpp"
 #include "core/rt/deferred_solver.hpp"
+#include "core/system/description.hpp"
 
 #include <algorithm>
 #include <memory>
@@ -13,9 +14,9 @@
 
 namespace solenoid {
 
-/// Predictive control of the valves beside a motor law: every variant with a Solver. A Decider of ControllerShell.
+/// Predictive control of the switches: every variant with a Solver, of any system. A Decider of ControllerShell.
 ///
-///     each T_s    integral offset; the command of the plan in force, tick by tick; motor force
+///     each T_s    integral offset; the command of the plan in force, tick by tick; continuous inputs
 ///     each T_sp   problem from the estimate, the commands in flight and the reference ahead; solve; the plan takes
 ///                 effect latency_ticks later: the problem starts from the state forecast to that moment
 ///     the tick before   a solver that anticipates gets the problem as it is expected
@@ -23,7 +24,9 @@ namespace solenoid {
 /// A DeferredSolver is posted the problem and asked each tick; its plan takes effect on arrival, or latency_ticks after
 /// the problem was posed if that is later. While no newer plan can be applied (a solve failed, or is late), the last
 /// one goes on with its own later blocks; decision.rung and plan_age say so.
-template <HybridModel Model>
+///
+/// Inputs makes the continuous inputs of a plan's share and of what the system has beside it (planned_inputs.hpp).
+template <HybridModel Model, class Inputs = PlannedInputs<Model>>
 class MpcController {
  public:
   /// What predictive control is made of.
@@ -33,52 +36,56 @@ class MpcController {
     IntegralSettings integral;
     std::optional<double> deadline_ms;
     int latency_ticks = 0;  ///< from sampling to the plan's taking effect, at most a period
+    int ticks_per_period = 5;
+    std::vector<OutputSource> outputs{};  ///< of the model: what of the reference each one is to follow
+    Inputs inputs{};
   };
 
   /// Prepares the solver; may throw.
   explicit MpcController(Parts parts)
       : parts_(std::move(parts)),
         deferred_(dynamic_cast<DeferredSolver<Model>*>(parts_.solver.get())),
-        fresh_ticks_(ticks_per_period + (deferred_ ? std::max(0, ticks_per_period - parts_.latency_ticks) : 0)),
-        timing_(parts_.problem.modes, tick_s),
+        tick_s_(parts_.problem.horizon.dt_s),
+        ticks_per_period_(parts_.ticks_per_period),
+        fresh_ticks_(ticks_per_period_ + (deferred_ ? std::max(0, ticks_per_period_ - parts_.latency_ticks) : 0)),
+        timing_(parts_.problem.modes, tick_s_),
         plan_(parts_.problem),
         expected_plan_(plan_),
         current_{plan_},
         next_{plan_},
-        offset_(parts_.integral) {
+        plan_tick_(-ticks_per_period_) {
+    offset_.fill(IntegralOffset(parts_.integral));
     parts_.solver->prepare(parts_.problem);
   }
 
-  void believe(double payload_kg, double external_force_n) noexcept {
-    parts_.problem.model.set_load(payload_kg, external_force_n);
-  }
-  double payload_kg() const noexcept { return parts_.problem.model.parameters().payload_mass_kg; }
+  void believe(const EstimateDetail& found) noexcept { parts_.inputs.believe(found, parts_.problem.model); }
 
   void decide(const Moment& now, Decision& d) noexcept {
-    d.offset_m = offset_.update(d.reference.position - d.estimate[position]);
+    update_offsets(d);
     take_up_due_plan(now.tick);
     if (deferred_) collect(now.tick, d);
-    if (now.tick / ticks_per_period != slot_) plan_valves(now, d);
-    d.command.coils = coils(now, d);
-    d.command.motor_force_n = motor_force(now.motor, d.reference, d.estimate);
+    if (now.tick / ticks_per_period_ != slot_) plan(now, d);
+    d.command.switches = switches(now, d);
+    d.command.continuous = padded<max_continuous>(
+        parts_.inputs.apply(model(), d.reference, first<Model::state_size>(d.estimate), planned_));
   }
 
   /// In the last tick of a slot: the next problem but for what will be measured.
   void look_ahead(const Moment& now, const Decision& d, SwitchPattern in_effect) noexcept {
     const std::int64_t slot_begin = now.tick + 1;
-    if (slot_begin % ticks_per_period != 0 || !parts_.solver->anticipates()) return;
-    const Model& model = parts_.problem.model;
+    if (slot_begin % ticks_per_period_ != 0 || !parts_.solver->anticipates()) return;
     SwitchedOf<Model> switched;
     std::ranges::copy(parts_.problem.modes.point(in_effect), switched.begin());
-    const auto then = model.template step<double>(d.estimate, switched, {d.command.motor_force_n}, tick_s);
-    pose(now, {slot_begin, now.time_s + tick_s, then, d.offset_m});
+    const auto then = model().template step<double>(first<Model::state_size>(d.estimate), switched,
+                                                    first<Model::continuous_size>(d.command.continuous), tick_s_);
+    pose(now, {slot_begin, now.time_s + tick_s_, then, d.offset});
     expected_plan_ = plan_;
     shift_plan(parts_.problem.horizon, steps_since(plan_tick_, slot_begin), expected_plan_);
     parts_.solver->anticipate(parts_.problem, expected_plan_);
   }
 
   void restart(std::int64_t tick) noexcept {
-    offset_ = IntegralOffset(parts_.integral);
+    offset_.fill(IntegralOffset(parts_.integral));
     current_.valid = next_.valid = false;
     oldest_ = tick;
     slot_ = -1;
@@ -101,33 +108,32 @@ class MpcController {
   struct Sampled {
     std::int64_t tick = 0;
     double time_s = 0.0;
-    ActuatorState state{};
-    double offset_m = 0.0;
+    StateOf<Model> state{};
+    AxisValues offset{};
   };
 
   static int steps_since(std::int64_t then, std::int64_t now) noexcept {
     return static_cast<int>(std::min<std::int64_t>(now - then, 1000));
   }
 
-  /// A joint plan's share adds to the law, saturated together.
-  double motor_force(const MotorLaw& motor, const ReferenceSample& desired, const StateOf<Model>& x) const noexcept {
-    const Model& model = parts_.problem.model;
-    if (planned_n_ == 0.0) return law_force(motor, desired, x);
-    if constexpr (HasFeedback<Model>) {
-      const auto law = model.template feedback<double>(x, {desired.position, desired.velocity});
-      return model.template saturated_motor_force<double>(law[0] + planned_n_);
-    }
-    return model.template saturated_motor_force<double>(law_force(motor, desired, x) + planned_n_);
+  const Model& model() const noexcept { return parts_.problem.model; }
+
+  /// The integral action works on the axes themselves, not on their rates.
+  void update_offsets(Decision& d) noexcept {
+    const OutputOf<Model> output = model().template output<double>(first<Model::state_size>(d.estimate));
+    for (std::size_t i = 0; i < parts_.outputs.size(); ++i)
+      if (const auto [axis, derivative] = parts_.outputs[i]; derivative == 0)
+        d.offset[axis] = offset_[axis].update(d.reference.axis[axis].value - output[i]);
   }
 
-  void plan_valves(const Moment& now, Decision& d) noexcept {
-    slot_ = now.tick / ticks_per_period;
-    const std::int64_t begin = pose(now, {now.tick, now.time_s, d.estimate, d.offset_m});
+  void plan(const Moment& now, Decision& d) noexcept {
+    slot_ = now.tick / ticks_per_period_;
+    const std::int64_t begin = pose(now, {now.tick, now.time_s, first<Model::state_size>(d.estimate), d.offset});
     shift_plan(parts_.problem.horizon, steps_since(plan_tick_, now.tick), plan_);
     plan_tick_ = now.tick;
     if (deferred_) {
       deferred_->post(now.tick, parts_.problem, plan_,
-                      parts_.deadline_ms ? 1e-3 * *parts_.deadline_ms : 0.8 * period_s);
+                      parts_.deadline_ms ? 1e-3 * *parts_.deadline_ms : 0.8 * tick_s_ * ticks_per_period_);
       return;
     }
     d.report = parts_.solver->solve(parts_.problem, plan_, deadline());
@@ -144,16 +150,16 @@ class MpcController {
   /// The problem of a sample; returns the tick in which its plan takes effect.
   std::int64_t pose(const Moment& now, const Sampled& at) noexcept {
     Problem<Model>& problem = parts_.problem;
-    const std::int64_t slot_begin = at.tick / ticks_per_period * ticks_per_period;
+    const std::int64_t slot_begin = at.tick / ticks_per_period_ * ticks_per_period_;
     const std::int64_t begin = std::max(at.tick, slot_begin + parts_.latency_ticks);
     const int lead = static_cast<int>(begin - at.tick);
     problem.lines = now.in_flight.lines();
-    const auto commanded = [&](int j) { return planned_coils(at.tick + j, problem.lines.commanded()); };
-    const auto motor = [&](int j, const StateOf<Model>& x) {
-      return ContinuousOf<Model>{motor_force(now.motor, now.reference.at(at.time_s + j * tick_s), x)};
+    const auto commanded = [&](int j) { return planned_switches(at.tick + j, problem.lines.commanded()); };
+    const auto input = [&](int j, const StateOf<Model>& x) {
+      return parts_.inputs.apply(problem.model, now.reference.at(at.time_s + j * tick_s_), x, planned_);
     };
-    problem.initial = problem.model.nearest_valid(
-        forecast(problem.model, problem.modes, timing_, at.state, problem.lines, lead, tick_s, commanded, motor));
+    problem.initial = nearest_valid(problem.model, forecast(problem.model, problem.modes, timing_, at.state,
+                                                            problem.lines, lead, tick_s_, commanded, input));
     pose_reference(now.reference, at, lead);
     return begin;
   }
@@ -163,17 +169,25 @@ class MpcController {
     Problem<Model>& problem = parts_.problem;
     for (std::size_t j = 0; j < problem.reference.size(); ++j) {
       const double step = lead + static_cast<double>(j);
-      const ReferenceSample end = reference.at(at.time_s + (step + 1.0) * tick_s);
-      problem.reference[j] = {end.position + at.offset_m, end.velocity};
-      if constexpr (HasFeedback<Model>) {
-        const ReferenceSample begin = reference.at(at.time_s + step * tick_s);
-        problem.setpoint[j] = {begin.position, begin.velocity};
-      }
+      problem.reference[j] = outputs(reference.at(at.time_s + (step + 1.0) * tick_s_), at.offset);
+      if constexpr (HasFeedback<Model>)
+        problem.setpoint[j] = outputs(reference.at(at.time_s + step * tick_s_), AxisValues{});
     }
   }
 
-  /// What the plans at hand will command in a tick to come; without one the coils keep their command.
-  SwitchPattern planned_coils(std::int64_t tick, SwitchPattern in_force) const noexcept {
+  /// What the model's outputs are to be.
+  OutputOf<Model> outputs(const ReferenceSample& desired, const AxisValues& offset) const noexcept {
+    OutputOf<Model> wanted{};
+    for (std::size_t i = 0; i < parts_.outputs.size(); ++i) {
+      const auto [axis, derivative] = parts_.outputs[i];
+      const MotionSample& motion = desired.axis[axis];
+      wanted[i] = derivative == 0 ? motion.value + offset[axis] : derivative == 1 ? motion.rate : motion.acceleration;
+    }
+    return wanted;
+  }
+
+  /// What the plans at hand will command in a tick to come; without one the switches keep their command.
+  SwitchPattern planned_switches(std::int64_t tick, SwitchPattern in_force) const noexcept {
     const Active& active = next_.valid && next_.begin <= tick ? next_ : current_;
     if (!active.valid) return in_force;
     return parts_.problem.modes.pattern(active.plan.modes[active.block(tick, parts_.problem.horizon.blocks)]);
@@ -188,7 +202,7 @@ class MpcController {
     if (!usable(d.report.status) || !sound(done->plan)) return;
     plan_ = done->plan;
     plan_tick_ = done->ticket;
-    const auto slot_begin = done->ticket / ticks_per_period * ticks_per_period;
+    const auto slot_begin = done->ticket / ticks_per_period_ * ticks_per_period_;
     adopt(tick, plan_, std::max(done->ticket, slot_begin + parts_.latency_ticks));
   }
 
@@ -216,32 +230,33 @@ class MpcController {
     next_.valid = false;
   }
 
-  /// The coils of the plan in force, and its share of the motor force; without one coils keep their command.
-  SwitchPattern coils(const Moment& now, Decision& d) noexcept {
+  /// The switches of the plan in force, and its share of the continuous inputs; without one they keep their command.
+  SwitchPattern switches(const Moment& now, Decision& d) noexcept {
     constexpr std::int64_t oldest_told = 1 << 20;
     if (!current_.valid) {
       d.plan_age = static_cast<int>(std::min(now.tick - oldest_, oldest_told));
       d.planned = d.plan_age < fresh_ticks_;  // the first plan is still on its way
-      planned_n_ = 0.0;
+      planned_ = {};
       return now.in_flight.lines().commanded();
     }
     d.plan_age = static_cast<int>(std::min(now.tick - current_.begin, oldest_told));
     d.rung = d.plan_age < fresh_ticks_ ? Rung::fresh : Rung::shifted;
     const std::size_t b = current_.block(now.tick, parts_.problem.horizon.blocks);
-    planned_n_ = current_.plan.continuous[b][0];
+    planned_ = current_.plan.continuous[b];
     return parts_.problem.modes.pattern(current_.plan.modes[b]);
   }
 
   Parts parts_;
   DeferredSolver<Model>* deferred_;  // parts_.solver, if it is one
-  int fresh_ticks_;
+  double tick_s_;
+  int ticks_per_period_, fresh_ticks_;
   SwitchTiming timing_;
   Plan<Model> plan_;  // the newest, and the next solve's warm start
   Plan<Model> expected_plan_;
   Active current_, next_;
-  IntegralOffset offset_;
-  double planned_n_ = 0.0;  // a joint plan's motor force beside the law
-  std::int64_t slot_ = -1, plan_tick_ = -ticks_per_period, oldest_ = 0;
+  std::array<IntegralOffset, max_axes> offset_{};
+  ContinuousOf<Model> planned_{};  // the plan's own share of the continuous inputs
+  std::int64_t slot_ = -1, plan_tick_, oldest_ = 0;
 };
 
 }  // namespace solenoid

@@ -1,12 +1,13 @@
 #include "controllers/variant.hpp"
 
 #include "controllers/catalogue.hpp"
-#include "controllers/timing.hpp"
 #include "controllers/variant_keys.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -35,13 +36,30 @@ void read_model(TableReader& table, VariantConfig& v) {
   }
 }
 
-void check_blocks(TableReader& table, const HorizonSettings& h) {
+/// What is wrong with the horizon's blocks at this sampling, or nothing.
+std::string wrong_blocks(const HorizonSettings& h, const Timing& timing) {
   const int periods = std::accumulate(h.blocks.begin(), h.blocks.end(), 0);
-  if (h.blocks.empty() || periods * ticks_per_period == h.steps) return;
-  table.table("horizon").fail(
-      "blocks", fmt::format("{} periods of {} steps are not the horizon's {} steps (allowed: blocks that add up to "
-                            "steps / {}, or none for one block)",
-                            periods, ticks_per_period, h.steps, ticks_per_period));
+  if (h.blocks.empty() || periods * timing.ticks_per_period == h.steps) return {};
+  return fmt::format(
+      "{} periods of {} steps are not the horizon's {} steps (allowed: blocks that add up to "
+      "steps / {}, or none for one block)",
+      periods, timing.ticks_per_period, h.steps, timing.ticks_per_period);
+}
+
+void check_blocks(TableReader& table, const VariantConfig& v) {
+  if (const std::string wrong = wrong_blocks(v.horizon, v.timing); !wrong.empty())
+    table.table("horizon").fail("blocks", wrong);
+}
+
+void read_timing(TableReader& table, VariantConfig& v) {
+  v.timing = with_keys(actuator_description().timing, v.own_timing, table.where("timing"));
+  v.estimation.tick_s = v.timing.tick_s;
+}
+
+void check_latency(const TableReader& table, const VariantConfig& v) {
+  if (v.latency_ticks > v.timing.ticks_per_period)
+    table.fail("latency_ticks", fmt::format("{} ticks are longer than a control period (allowed: 0 to {})",
+                                            v.latency_ticks, v.timing.ticks_per_period));
 }
 
 void check_estimation(TableReader& table, const EstimatorTuning& t) {
@@ -103,6 +121,7 @@ VariantConfig read_variant(TableReader& table, const std::string& name) {
   read_keys(table, std::vector<std::string>{""}, v);
   const EstimatorRow& estimator = estimator_row(v.estimator);
   v.estimation = estimator.tuning;
+  read_timing(table, v);
   read_model(table, v);
   read_use_of_estimate(table, estimator, v);
   if (const LawRow* law = find_row(law_rows(), v.solver)) {
@@ -111,11 +130,45 @@ VariantConfig read_variant(TableReader& table, const std::string& name) {
   } else {
     const SolverRow& row = solver_row(v.solver);
     read_chooser(table, row, v);
-    check_blocks(table, v.horizon);
+    check_blocks(table, v);
+    check_latency(table, v);
     check_joint(table, v, row);
     row.check(table, v);
   }
   table.finish();
+  return v;
+}
+
+TimingKeys read_timing_keys(TableReader& table) {
+  TimingKeys keys;
+  if (table.has("tick_ms")) keys.tick_ms = table.number("tick_ms", tick_range_ms);
+  if (table.has("period_ms")) keys.period_ms = table.number("period_ms", period_range_ms);
+  table.finish();
+  return keys;
+}
+
+Timing with_keys(Timing timing, const TimingKeys& keys, const std::string& where) {
+  const double period_s = keys.period_ms ? 1e-3 * *keys.period_ms : timing.period_s();
+  if (keys.tick_ms) timing.tick_s = 1e-3 * *keys.tick_ms;
+  const double ticks = period_s / timing.tick_s;
+  if (std::abs(ticks - std::round(ticks)) > 1e-6 || std::round(ticks) < 1)
+    throw ConfigError(
+        fmt::format("{}: key 'timing': a period of {:g} ms is no whole number of ticks of {:g} ms (allowed: whole "
+                    "multiples of the tick)",
+                    where, 1e3 * period_s, 1e3 * timing.tick_s));
+  timing.ticks_per_period = static_cast<int>(std::round(ticks));
+  return timing;
+}
+
+VariantConfig timed(VariantConfig v, const TimingKeys& scenario, const std::string& where) {
+  TimingKeys keys = v.own_timing;
+  if (!keys.tick_ms) keys.tick_ms = scenario.tick_ms;
+  if (!keys.period_ms) keys.period_ms = scenario.period_ms;
+  v.timing = with_keys(actuator_description().timing, keys, where);
+  v.estimation.tick_s = v.timing.tick_s;
+  if (const std::string wrong = wrong_blocks(v.horizon, v.timing); !wrong.empty())
+    throw ConfigError(fmt::format("{}: key 'timing': with variant '{}': {}", where, v.name, wrong));
+  v.latency_ticks = std::min(v.latency_ticks, v.timing.ticks_per_period);
   return v;
 }
 

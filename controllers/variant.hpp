@@ -3,7 +3,9 @@
 #include "controllers/integral_offset.hpp"
 #include "controllers/systems/actuator/estimators/tuning.hpp"
 #include "controllers/systems/actuator/laws/settings.hpp"
-#include "controllers/systems/actuator/motor_laws.hpp"
+#include "controllers/systems/actuator/motor_inputs.hpp"
+#include "core/config/reader.hpp"
+#include "core/system/timing.hpp"
 #include "core/systems/actuator/parameters.hpp"
 
 #include <optional>
@@ -12,18 +14,19 @@
 
 namespace solenoid {
 
-class TableReader;
+/// What a tick and a control period may be [ms].
+inline const Range tick_range_ms{0.01, 1000.0}, period_range_ms{0.01, 60000.0};
 
-/// Which parts of the estimate enter the prediction model beside the state.
-struct UseEstimate {
-  bool payload = false, disturbance = false;
-  bool operator==(const UseEstimate&) const = default;
+/// Sampling as a variant or scenario has it; what it does not say is the system's own.
+struct TimingKeys {
+  std::optional<double> tick_ms, period_ms;
+  bool operator==(const TimingKeys&) const = default;
 };
 
 /// How far the prediction looks and in which blocks a mode is held.
 struct HorizonSettings {
-  int steps = 100;          ///< N_p, model steps of 1 ms
-  std::vector<int> blocks;  ///< 5 ms periods each; empty: one block of all steps
+  int steps = 100;          ///< N_p, model steps of a tick
+  std::vector<int> blocks;  ///< control periods each; empty: one block of all steps
   bool operator==(const HorizonSettings&) const = default;
 };
 
@@ -55,6 +58,8 @@ struct VariantConfig {
   EstimatorTuning estimation;         ///< of the estimator's name, with what the variant overrides
   UseEstimate use_estimate;           ///< in the prediction and in inverse dynamics; the state always is
   std::string solver = "exhaustive";  ///< or a feedback law
+  TimingKeys own_timing;
+  Timing timing;                      ///< the system's with `own_timing`, or a scenario's
   int latency_ticks = 0;              ///< from sampling to a plan's taking effect
   std::optional<double> deadline_ms;  ///< budget of one solve; none: to the end
   HorizonSettings horizon;
@@ -79,6 +84,16 @@ struct VariantConfig {
 
 /// Reads one variant. Throws ConfigError with file, line, key and what is allowed.
 VariantConfig read_variant(TableReader& table, const std::string& name);
+
+/// Reads `{ tick_ms = .., period_ms = .. }`.
+TimingKeys read_timing_keys(TableReader& table);
+
+/// A system's sampling with what a table `timing` says in its place. Throws ConfigError with the table's place.
+Timing with_keys(Timing timing, const TimingKeys& keys, const std::string& where);
+
+/// The variant as it runs where a scenario has its own sampling: that of the variant itself comes first. Throws
+/// ConfigError, `where` being the scenario's timing, if the horizon's blocks do not fit.
+VariantConfig timed(VariantConfig variant, const TimingKeys& scenario, const std::string& where);
 
 /// Whether two variants are the same controller, whatever they are called.
 bool same_controller(VariantConfig a, VariantConfig b);

@@ -1,7 +1,6 @@
 #include "controllers/variant_keys.hpp"
 
 #include "controllers/catalogue.hpp"
-#include "controllers/timing.hpp"
 #include "core/systems/actuator/valves.hpp"
 
 #include <algorithm>
@@ -47,6 +46,10 @@ void add_common(const Group& all) {
   all.text("valves", AT(valves), valve_configurations(), "the mode set");
   all.by_hand("model", "\"consistent\"", "`list parameters`, a file in .toml, a table",
               "the parameters that the controller believes");
+  all.add("timing.tick_ms", AT(own_timing.tick_ms), tick_range_ms, "ms",
+          "sampling of estimators, laws and model steps; none: the scenario's or the system's");
+  all.add("timing.period_ms", AT(own_timing.period_ms), period_range_ms, "ms",
+          "of predictive control, whole ticks; none: the scenario's or the system's");
   all.text("estimator", AT(estimator), names_of(estimator_rows()), "what makes the state of the sensors");
   all.by_hand("use_estimate", "\"state\"", "state, payload, disturbance, payload_and_disturbance",
               "what of the estimate the prediction, and a motor law with inverse dynamics, uses");
@@ -61,14 +64,13 @@ void add_common(const Group& all) {
 
 void add_planning(const Group& all, const Group& cost_of_end, const Group& rounding) {
   const Range weight = Range::non_negative();
-  all.add("latency_ticks", AT(latency_ticks), Range::between(0, ticks_per_period), "ms",
+  all.add("latency_ticks", AT(latency_ticks), Range::between(0, 1000), "ticks",
           "from a measurement to the effect of its plan; the solver starts from the state forecast to then");
   all.add("deadline_ms", AT(deadline_ms), {0.0, 1e6, true}, "ms",
           "budget of one solve; a solve beyond it returns its best plan so far");
-  all.add("horizon.steps", AT(horizon.steps), Range::between(1, 1000), "ms", "N_p, model steps");
-  all.add(
-      "horizon.blocks", AT(horizon.blocks), Range::between(1, 200), "",
-      "lengths in control periods of 5 ms that add up to steps / 5, in each of which the mode is constant; none: one");
+  all.add("horizon.steps", AT(horizon.steps), Range::between(1, 1000), "ticks", "N_p, model steps");
+  all.add("horizon.blocks", AT(horizon.blocks), Range::between(1, 200), "",
+          "lengths in control periods that add up to the steps, in each of which the mode is constant; none: one");
   all.add("cost.position", AT(cost.position), weight, "1/m2", "weight of the squared position error at each step");
   all.add("cost.velocity", AT(cost.velocity), weight, "s2/m2", "of the squared velocity error");
   all.add("cost.switching", AT(cost.switching), weight, "", "of each coil change");
@@ -106,8 +108,8 @@ void add_pulse_width(const Group& law) {
   law.add("pulse_width.friction_band_m", AT(pulse_width.friction_band_m), gain, "m",
           "errors that are left alone at rest");
   law.add("pulse_width.bias", AT(pulse_width.bias), share, "", "duty of both valves at u = 0");
-  law.add("pulse_width.period_ticks", AT(pulse_width.period_ticks), Range::between(5, longest_pulse_period_ticks), "ms",
-          "of the pulses and of the law");
+  law.add("pulse_width.period_ticks", AT(pulse_width.period_ticks), Range::between(5, longest_pulse_period_ticks),
+          "ticks", "of the pulses and of the law");
 }
 
 void add_sliding(const Group& surface, const Group& phases) {
@@ -116,7 +118,7 @@ void add_sliding(const Group& surface, const Group& phases) {
   surface.add("sliding.damping", AT(sliding.damping), gain, "", "zeta of the surface");
   surface.add("sliding.dead_band_m", AT(sliding.dead_band_m), gain, "m",
               "of the surface, within which every valve is closed");
-  surface.add("sliding.every_ticks", AT(sliding.every_ticks), Range::between(1, longest_pulse_period_ticks), "ms",
+  surface.add("sliding.every_ticks", AT(sliding.every_ticks), Range::between(1, longest_pulse_period_ticks), "ticks",
               "between decisions");
   phases.add("phases.coarse_above_m", AT(phases.coarse_above_m), Range::positive(), "m",
              "errors at which the cylinder comes in");
@@ -160,7 +162,7 @@ void add_estimation(const Group& all) {
           "time constant of the external force");
   all.add("estimation.flow_memory_s", AT(estimation.memory.flow_s), memory, "s", "of the flow factor");
   all.add("estimation.friction_memory_s", AT(estimation.memory.friction_s), memory, "s", "of the friction factor");
-  all.add("estimation.window_ticks", AT(estimation.window_ticks), Range::between(20, 50), "ms", "of `mhe`");
+  all.add("estimation.window_ticks", AT(estimation.window_ticks), Range::between(20, 50), "ticks", "of `mhe`");
   all.add("estimation.iterations", AT(estimation.iterations), Range::between(1, 5), "", "of `mhe`, a tick");
 }
 #undef AT

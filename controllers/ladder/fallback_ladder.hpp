@@ -1,30 +1,35 @@
 #pragma once
 
-#include "controllers/systems/actuator/estimators/kalman.hpp"
-#include "controllers/systems/actuator/four_candidates.hpp"
-#include "controllers/systems/actuator/motor_laws.hpp"
+#include "controllers/ladder/guard.hpp"
 #include "core/rt/controller.hpp"
 #include "core/safety/plausibility.hpp"
+#include "core/system/timing.hpp"
 
 #include <array>
 #include <atomic>
+#include <limits>
 #include <memory>
-#include <optional>
+#include <vector>
 
 namespace solenoid {
 
+/// A channel outside of this ends in SAFE.
+struct ChannelLimits {
+  double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
+  Fault fault = Fault::position_limit;  ///< under this name
+};
+
 /// How long each rung may stand in for the one above, and what ends it all.
 struct LadderSettings {
-  int shifted_slots = 4;       ///< k: an older plan's own later blocks
-  int dmpc_slots = 200;        ///< then four candidates
-  int motor_slots = 100;       ///< then the motor's law alone; also after a pressure sensor has failed
-  int longest_gap_ticks = 20;  ///< standing still for longer ends in SAFE: the node has gone there too
-  double position_low_m = -0.005, position_high_m = 0.1085;  ///< beyond: SAFE
-  double pressure_limit_pa = 305e3;                          ///< absolute; beyond: SAFE
-  double lowering_s = 0.0;                                   ///< in SAFE: so long the motor brakes the slide; 0: not
-  double lowering_damping = 200.0;                           ///< [N s/m], within the motor's limit
-  int rearm_sound_ticks = 50;                                ///< sensors sound for so long before a re-arm
-  double rearm_speed_m_s = 0.02;                             ///< no re-arm while the slide is faster
+  int shifted_slots = 4;              ///< k: an older plan's own later blocks
+  int dmpc_slots = 200;               ///< then a few held modes
+  int motor_slots = 100;              ///< then the backup law alone; also after a channel needed to plan has failed
+  int longest_gap_ticks = 20;         ///< standing still for longer ends in SAFE: the node has gone there too
+  std::vector<ChannelLimits> limits;  ///< of the channels, in their order
+  std::vector<std::size_t> needed_to_stop;  ///< channels whose failure ends in SAFE
+  std::vector<std::size_t> needed_to_plan;  ///< channels without which nothing can be said about the switches
+  double lowering_s = 0.0;                  ///< in SAFE: so long the continuous inputs brake the plant; 0: not
+  int rearm_sound_ticks = 50;               ///< channels sound for so long before a re-arm
   PlausibilitySettings plausibility;
 };
 
@@ -34,30 +39,31 @@ struct LadderCounts {
   std::int64_t safe_entries = 0, rearms = 0, refused_rearms = 0;
 };
 
-/// Stands around a controller: believes no implausible sensor, replaces plans that do not come, and latches SAFE.
+/// Stands around a controller: believes no implausible channel, replaces plans that do not come, and latches SAFE.
 ///
-///     fresh plan -> shifted plan, k slots -> four-candidate DMPC -> motor law, coils off -> SAFE, latched
+///     fresh plan -> shifted plan, k slots -> a few held modes -> backup law, switches off -> SAFE, latched
 ///
 /// Upwards it climbs by itself, in the tick a plan arrives, but never out of SAFE: that takes request_rearm(), which is
-/// refused while sensors are not sound or the slide moves. Re-armed, the task begins anew from the measured position
-/// (bumpless). A Kalman filter of its own watches the sensors whatever the controller's estimator is. step, applied,
-/// restart: no allocation, lock or exception. request_*: from any thread or signal handler.
+/// refused while channels are not sound or the plant moves. Re-armed, the task begins anew from where the plant is
+/// (bumpless). The system's Guard watches the channels whatever the controller's estimator is. step, applied, restart:
+/// no allocation, lock or exception. request_*: from any thread or signal handler.
 class FallbackLadder final : public Controller {
  public:
   /// What the ladder is made of: the controller inside and what its lower rungs need.
   struct Parts {
     std::unique_ptr<Controller> controller;
-    PneumaticActuator model;
+    std::unique_ptr<Guard> guard;
     ModeSet modes;
-    Trajectory reference;
-    std::optional<MotorGains> motor;  ///< none: the slide has no motor, that rung is left out
+    RestartableReference reference;
+    std::vector<std::size_t> axis_channels;  ///< of each axis, the channel that measures it
+    Timing timing;
     LadderSettings settings;
   };
   explicit FallbackLadder(Parts parts);
 
-  Decision step(const Sensors& sensors) noexcept override;
+  Decision step(const Measurement& measured) noexcept override;
   void applied(const Command& command) noexcept override;
-  void restart(double time_s, double position_m) noexcept override;
+  void restart(double time_s, const AxisValues& from) noexcept override;
 
   /// Asks to leave SAFE in the next tick; refused as said above.
   void request_rearm() noexcept { rearm_.store(true, std::memory_order_relaxed); }
@@ -68,9 +74,10 @@ class FallbackLadder final : public Controller {
   const LadderCounts& counts() const { return counts_; }
 
  private:
-  std::array<double, 2> expected_pressure_change() const noexcept;
-  void look_for_danger(const Sensors& sensors, const Plausibility::Verdict& verdict, Decision& d) noexcept;
-  void consider_rearm(const Sensors& sensors) noexcept;
+  ChannelValues expected_change() const noexcept;
+  AxisValues measured_axes(const Measurement& measured) const noexcept;
+  void look_for_danger(const Measurement& measured, const Plausibility::Verdict& verdict, Decision& d) noexcept;
+  void consider_rearm(const Measurement& measured) noexcept;
   void catch_up(double time_s) noexcept;
   void assume(const Command& command) noexcept;
   void latch(FaultSet causes, double time_s) noexcept;
@@ -80,20 +87,19 @@ class FallbackLadder final : public Controller {
   void count(Rung rung, bool slot_begins) noexcept;
 
   std::unique_ptr<Controller> controller_;
-  PneumaticActuator model_;
+  std::unique_ptr<Guard> guard_;
   ModeSet modes_;
-  SwitchTiming timing_;
+  Timing timing_;
+  SwitchTiming switch_timing_;
   RestartableReference reference_;
-  std::optional<PdMotor> motor_;
+  std::vector<std::size_t> axis_channels_;
   LadderSettings settings_;
   Plausibility plausibility_;
-  FourCandidates candidates_;
-  ActuatorKalman watch_, new_watch_;
-  ActuatorState watched_{};
+  StateValues watched_{};
 
   DelayLines lines_{0};
   Command decided_, last_left_;
-  SwitchPattern dmpc_coils_ = 0;
+  SwitchPattern held_mode_ = 0;
   FaultSet causes_;
   LadderCounts counts_;
   double last_time_s_ = 0.0, safe_since_s_ = 0.0;

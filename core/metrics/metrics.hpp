@@ -1,8 +1,11 @@
 #pragma once
 
 #include "core/rt/recorder.hpp"
+#include "core/system/description.hpp"
 
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace solenoid {
@@ -14,37 +17,40 @@ struct Percentiles {
 /// Returns nearest-rank percentiles and sorts its argument.
 Percentiles percentiles(std::vector<double>& sample);
 
-/// Metrics say how a run went, in the figures of the thesis's 6.3 and beyond. Errors are y_d - y [mm]; the definitions
-/// are those of model.md, section 8.
-struct Metrics {
-  double rmse_mm = 0, mae_mm = 0;                    ///< true position, whole run
-  double rmse_measured_mm = 0, mae_measured_mm = 0;  ///< measured and filtered position (model.md, E13)
-  double sse_mean_abs_mm = 0;                        ///< steady part: mean |error|
-  double sse_abs_mean_mm = 0;                        ///< steady part: |mean error| (model.md, E11)
-  double sse_max_abs_mm = 0;                         ///< steady part: max |error|, the reading of tables 5-2 to 5-4
-  double ssa_mm = 0;                                 ///< steady part: max y - min y
-  double itae = 0;                                   ///< integral of t |error| [mm s2]
-  double overshoot_percent = 0;                      ///< beyond the steady position, relative to the way to it
-  int coil_switches = 0;
-  double switches_per_s = 0;
-  double steady_switches_per_s = 0;  ///< steady part: coil changes, what holding still costs
-  double air_g = 0, air_nl = 0;      ///< supply air; normal litres at 0 C and 101 325 Pa (DIN 1343)
-  double steady_air_g_per_s = 0;     ///< steady part; 0 where the supply air at its beginning is not known
-  double motor_rms_n = 0;
+/// Metrics say how a run went: numbers by name, in the order in which tables show them, and what the solver did.
+class Metrics {
+ public:
+  struct Number {
+    std::string name;  ///< "rmse_mm", the unit included
+    double value = 0.0;
+  };
+
+  /// Appends a number, or changes the one of that name.
+  void set(std::string_view name, double value);
+  /// The number of that name; throws std::out_of_range, naming it, if there is none.
+  double number(std::string_view name) const;
+  /// The same, for reading; a name that is not there yet is appended as 0 when it is assigned to.
+  double operator[](std::string_view name) const { return number(name); }
+  double& operator[](std::string_view name);
+  bool has(std::string_view name) const;
+  const std::vector<Number>& numbers() const { return numbers_; }
+
   Percentiles solve_us;
   int deadline_misses = 0;
   double proven_optimal_fraction = 0;  ///< of the solves
   bool finite = true;                  ///< false if any state was not: the run is unstable and its numbers mean nothing
+
+ private:
+  std::vector<Number> numbers_;
 };
 
-/// Supply air that a run drew.
-struct AirUse {
-  double total_kg = 0;
-  double steady_kg = 0;  ///< of it in the steady part
+/// What a run drew of whatever the system's models consume, in their unit.
+struct Consumed {
+  double total = 0;
+  double steady = 0;  ///< of it in the steady part
 };
 
-/// Evaluates a run; a solve that took longer than `deadline_us` is a miss.
-Metrics evaluate_run(std::span<const TickRecord> ticks, const Trajectory& trajectory, double tick_s, const AirUse& air,
-                     double deadline_us);
+/// Adds the solver's part to the metrics: times, misses of `deadline_us`, proofs.
+void add_solves(std::span<const TickRecord> ticks, double deadline_us, Metrics& metrics);
 
 }  // namespace solenoid

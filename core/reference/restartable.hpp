@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/reference/trajectory.hpp"
+#include "core/reference/motion.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,37 +8,55 @@
 
 namespace solenoid {
 
-/// A trajectory that can begin anew at any time and from anywhere without a jump: a cycloid from the given position to
-/// the trajectory's start, then the trajectory from its beginning. Until then it is the trajectory itself.
+/// A motion that can begin anew at any time and from anywhere without a jump: every axis goes by a cycloid from a given
+/// value to the motion's start, all of them together, then the motion from its beginning. Until then it is the motion
+/// itself.
 /// at, restart: no allocation or exception.
 class RestartableReference {
  public:
-  RestartableReference(Trajectory trajectory) : trajectory_(std::move(trajectory)) {}  // NOLINT: stands for one
+  /// The fastest that each axis may approach its start on average [unit/s].
+  explicit RestartableReference(Motion motion, const AxisValues& speeds = filled(0.05))
+      : motion_(std::move(motion)), speeds_(speeds) {}
+  RestartableReference(Trajectory only) : RestartableReference(Motion(std::move(only))) {}  // NOLINT: stands for one
 
   ReferenceSample at(double time_s) const {
     const double t = time_s - begin_s_;
-    return t < approach_s_ ? approach(t) : trajectory_.at(t - approach_s_);
+    return t < approach_s_ ? approach(t) : motion_.at(t - approach_s_);
   }
 
-  /// The approach takes at least half a second and moves at 50 mm/s on average at most.
-  void restart(double time_s, double from_m) noexcept {
+  /// The approach takes at least half a second.
+  void restart(double time_s, const AxisValues& from) noexcept {
     begin_s_ = time_s;
-    from_m_ = from_m;
-    approach_s_ = std::max(0.5, std::abs(trajectory_.start_m() - from_m) / 0.05);
+    from_ = from;
+    approach_s_ = 0.5;
+    for (std::size_t a = 0; a < motion_.axes().size(); ++a)
+      approach_s_ = std::max(approach_s_, std::abs(motion_.axes()[a].start() - from[a]) / speeds_[a]);
   }
 
-  const Trajectory& trajectory() const { return trajectory_; }
+  const Motion& motion() const { return motion_; }
 
  private:
-  ReferenceSample approach(double t) const {
-    const double height = trajectory_.start_m() - from_m_, turn = 2 * std::numbers::pi / approach_s_;
-    const double share = std::clamp(t, 0.0, approach_s_) / approach_s_, phase = 2 * std::numbers::pi * share;
-    return {from_m_ + height * (share - std::sin(phase) / (2 * std::numbers::pi)),
-            height / approach_s_ * (1 - std::cos(phase)), height / approach_s_ * turn * std::sin(phase)};
+  static AxisValues filled(double value) {
+    AxisValues all;
+    all.fill(value);
+    return all;
   }
 
-  Trajectory trajectory_;
-  double begin_s_ = 0.0, approach_s_ = 0.0, from_m_ = 0.0;
+  ReferenceSample approach(double t) const {
+    const double turn = 2 * std::numbers::pi / approach_s_;
+    const double share = std::clamp(t, 0.0, approach_s_) / approach_s_, phase = 2 * std::numbers::pi * share;
+    ReferenceSample sample;
+    for (std::size_t a = 0; a < motion_.axes().size(); ++a) {
+      const double height = motion_.axes()[a].start() - from_[a];
+      sample.axis[a] = {from_[a] + height * (share - std::sin(phase) / (2 * std::numbers::pi)),
+                        height / approach_s_ * (1 - std::cos(phase)), height / approach_s_ * turn * std::sin(phase)};
+    }
+    return sample;
+  }
+
+  Motion motion_;
+  AxisValues speeds_, from_{};
+  double begin_s_ = 0.0, approach_s_ = 0.0;
 };
 
 }  // namespace solenoid

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double two_pi = 2 * std::numbers::pi;
 
-ReferenceSample hermite(double t, double t0, double t1, double p0, double p1, double m0, double m1) {
+MotionSample hermite(double t, double t0, double t1, double p0, double p1, double m0, double m1) {
   const double h = t1 - t0, s = (t - t0) / h;
   const double d = (p1 - p0) / h;
   // p = p0 + s h m0 + s^2 h (3 d - 2 m0 - m1) + s^3 h (m0 + m1 - 2 d)
@@ -24,14 +24,14 @@ ReferenceSample hermite(double t, double t0, double t1, double p0, double p1, do
 
 }  // namespace
 
-ReferenceSample Trajectory::at(double time_s) const {
+MotionSample Trajectory::at(double time_s) const {
   if (time_s < 0 || segments_.empty()) return {start_, 0, 0};
   for (const Segment& segment : segments_)
     if (time_s < segment.begin_s + segment.duration_s) return sample(segment, time_s - segment.begin_s);
   return {end_, 0, 0};
 }
 
-ReferenceSample Trajectory::sample(const Segment& g, double t) {
+MotionSample Trajectory::sample(const Segment& g, double t) {
   const double rise = g.to_m - g.from_m;
   switch (g.kind) {
     case Segment::Kind::dwell:
@@ -57,10 +57,11 @@ ReferenceSample Trajectory::sample(const Segment& g, double t) {
   return {};
 }
 
-std::pair<double, double> Trajectory::range_m() const {
+std::pair<double, double> Trajectory::range() const {
   double low = std::min(start_, end_), high = std::max(start_, end_);
-  for (double t = 0; t < duration_s_; t += 1e-3) {
-    const double y = at(t).position;
+  const double step_s = std::min(1e-3, duration_s_ / 1000);
+  for (double t = 0; t < duration_s_; t += step_s) {
+    const double y = at(t).value;
     low = std::min(low, y);
     high = std::max(high, y);
   }
@@ -165,7 +166,7 @@ Trajectory read_trajectory(TableReader& table, double start_m) {
         .cycloid_to(table.number_or("to_m", 0.1), table.number_or("move_s", 4.0, Range::positive()))
         .dwell(dwell);
   } else if (kind == "sine") {
-    const double low = trajectory.start_m(), lead = table.number_or("lead_s", 1.0, Range::positive());
+    const double low = trajectory.start(), lead = table.number_or("lead_s", 1.0, Range::positive());
     trajectory.cycloid_to(table.number_or("to_m", 0.1), lead)
         .cosine(low, table.number_or("frequency_hz", 1.0, {0.0, 100.0, true}),
                 table.number_or("periods", 6.0, Range::positive()))
@@ -173,7 +174,7 @@ Trajectory read_trajectory(TableReader& table, double start_m) {
   } else if (kind == "step") {
     const double hold = table.number_or("hold_s", 4.5, Range::positive());
     trajectory.dwell(table.number_or("at_s", 0.5, Range::non_negative()))
-        .step_to(trajectory.start_m() + table.number_or("height_m", 0.06), hold);
+        .step_to(trajectory.start() + table.number_or("height_m", 0.06), hold);
     trajectory.steady_from(trajectory.duration_s() - table.number_or("steady_s", 1.0, Range::between(0.0, hold)));
   } else if (kind == "multi_cycloid") {
     const double move = table.number_or("move_s", 1.0, Range::positive());

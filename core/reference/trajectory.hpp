@@ -8,30 +8,33 @@ namespace solenoid {
 
 class TableReader;
 
-/// Desired position and its derivatives at one moment [m, m/s, m/s2].
-struct ReferenceSample {
-  double position = 0.0;
-  double velocity = 0.0;
+/// Desired value of one axis and its derivatives at one moment [unit, unit/s, unit/s2].
+struct MotionSample {
+  double value = 0.0;
+  double rate = 0.0;
   double acceleration = 0.0;
 };
 
-/// A trajectory is a desired motion y_d(t), t >= 0, held at its last position after its end (model.md, section 7).
+/// A trajectory is the desired motion y_d(t), t >= 0, of one axis, held at its last value after its end (model.md,
+/// section 7). Its unit is the axis's.
 class Trajectory {
  public:
   /// Holds `position_m` for ever.
   explicit Trajectory(double position_m) : start_(position_m), end_(position_m) {}
 
   /// Returns what is desired at a time; before 0, rest at the start.
-  ReferenceSample at(double time_s) const;
+  MotionSample at(double time_s) const;
   /// Returns when the last part ends.
   double duration_s() const { return duration_s_; }
-  /// Returns the position at 0.
-  double start_m() const { return start_; }
+  /// Returns the value at 0.
+  double start() const { return start_; }
+  /// Whether it is anything but one value for ever.
+  bool moves() const { return !segments_.empty(); }
   /// Returns where the steady part of SSE and SSA starts, if the motion ends in a dwell: the dwell's second half, the
   /// first being left to the slide's settling.
   std::optional<double> steady_from_s() const { return steady_from_s_; }
-  /// Returns the lowest and highest desired position, sampled each millisecond.
-  std::pair<double, double> range_m() const;
+  /// Returns the lowest and highest desired value, sampled at 1000 moments a second, or at 1000 if it is shorter.
+  std::pair<double, double> range() const;
 
   /// Appends a rest.
   Trajectory& dwell(double duration_s);
@@ -54,7 +57,7 @@ class Trajectory {
     double frequency_hz = 0.0;
     std::vector<double> times_s, positions_m, slopes;
   };
-  static ReferenceSample sample(const Segment& segment, double t);
+  static MotionSample sample(const Segment& segment, double t);
   void append(Segment segment);
 
   double start_, end_;

@@ -18,7 +18,7 @@ struct LoopCounts {
 
 /// Runs the control loop, in simulation and on the rig alike; only plant and clock differ.
 ///
-///     plant.read -> controller (filter, estimator, every 5 ms the solver, motor law) -> limits
+///     plant.read -> controller (filter, estimator, every period the solver, input law) -> limits
 ///                -> plant.write -> recorder
 ///
 /// Tick k is due at start + k period. Ticks whose whole period has passed are skipped and counted, never made up for,

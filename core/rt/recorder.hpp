@@ -17,7 +17,7 @@ struct TickTiming {
 
 /// A record holds one tick as it happened.
 struct TickRecord {
-  Sensors sensors;
+  Measurement sensors;
   Decision decision;
   Command applied;  ///< after the limits
   TickTiming timing;

@@ -5,24 +5,21 @@
 namespace solenoid {
 namespace {
 
-constexpr std::array<const char*, sensor_count> sensors = {"position", "pressure A", "pressure B"};
 constexpr std::array<const char*, sensor_fault_kinds> kinds = {"not finite", "range", "rail",   "slew",
                                                                "stuck",      "stale", "supply", "innovation"};
-constexpr std::array<const char*, fault_kinds - sensor_count* sensor_fault_kinds> others = {
+constexpr std::array<const char*, other_faults> others = {
     "position limit", "pressure limit", "command refused", "tick gap", "I/O safe", "no plan", "stopped", "aborted"};
-
-std::string name(int bit) {
-  const auto i = static_cast<std::size_t>(bit), of_sensors = sensors.size() * kinds.size();
-  if (i < of_sensors) return std::string(sensors[i / kinds.size()]) + " " + kinds[i % kinds.size()];
-  return others[i - of_sensors];
-}
 
 }  // namespace
 
-std::string to_string(FaultSet faults) {
+std::string to_string(FaultSet faults, const SystemDescription& system) {
   std::string text;
-  for (int bit = 0; bit < fault_kinds; ++bit)
-    if ((faults.bits() >> bit) & 1u) text += (text.empty() ? "" : ", ") + name(bit);
+  const auto add = [&text](const std::string& name) { text += (text.empty() ? "" : ", ") + name; };
+  for (std::size_t channel = 0; channel < system.channels.size(); ++channel)
+    for (std::size_t kind = 0; kind < kinds.size(); ++kind)
+      if (faults.has(channel, static_cast<SensorFault>(kind))) add(system.channels[channel].label + " " + kinds[kind]);
+  for (std::size_t other = 0; other < others.size(); ++other)
+    if (faults.has(static_cast<Fault>(other))) add(others[other]);
   return text.empty() ? "none" : text;
 }
 

@@ -3,27 +3,28 @@
 #include "core/rt/io.hpp"
 
 #include <algorithm>
-#include <array>
+#include <bitset>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <vector>
 
 namespace solenoid {
 
 /// These rates say how fast commands may change. Nothing holds back a change to the safe state.
 struct CommandRates {
-  double motor_n_per_tick = std::numeric_limits<double>::infinity();
-  int coil_period_ticks = 0;  ///< least time from one switching-on of a coil to its next
+  double continuous_per_tick = std::numeric_limits<double>::infinity();  ///< of each continuous input
+  int switch_period_ticks = 0;  ///< least time from one switching-on of a switch to its next
 };
 
 /// Every command leaves through this one exit, which sees that it is finite, in range, an allowed pattern and no faster
-/// than the rates. What it refuses it replaces by the safe value (coils off, motor 0 N) or clamps, and counts.
+/// than the rates. What it refuses it replaces by the safe value (switches off, input 0) or clamps, and counts.
 class CommandLimits {
  public:
-  /// Allows the mode set's patterns and forces up to the motor's limit.
-  CommandLimits(const ModeSet& modes, double motor_limit_n, CommandRates rates = {})
-      : motor_limit_n_(motor_limit_n), rates_(rates) {
-    for (const Mode& mode : modes.modes()) allowed_ |= std::uint64_t{1} << (mode.pattern % 64);
+  /// Allows the mode set's patterns, and of each continuous input magnitudes up to its limit.
+  CommandLimits(const ModeSet& modes, const std::vector<double>& magnitudes, CommandRates rates = {}) : rates_(rates) {
+    for (const Mode& mode : modes.modes()) allowed_.set(mode.pattern);
+    std::copy_n(magnitudes.begin(), std::min(magnitudes.size(), most_.size()), most_.begin());
     since_on_.fill(DelayLines::max_age);
   }
 
@@ -33,16 +34,18 @@ class CommandLimits {
   /// What may leave in place of the wanted command, once a tick.
   Command checked(const Command& wanted) noexcept {
     Command safe;
-    if (wanted.coils < 64 && ((allowed_ >> wanted.coils) & 1u))
-      safe.coils = held(wanted.coils);
+    if (allowed(wanted.switches))
+      safe.switches = held(wanted.switches);
     else
       ++refused_;
-    if (!std::isfinite(wanted.motor_force_n))
-      ++refused_;
-    else
-      safe.motor_force_n = limited(std::clamp(wanted.motor_force_n, -motor_limit_n_, motor_limit_n_));
+    for (std::size_t i = 0; i < most_.size(); ++i)
+      if (!std::isfinite(wanted.continuous[i]))
+        ++refused_;
+      else
+        safe.continuous[i] = limited(std::clamp(wanted.continuous[i], -most_[i], most_[i]), last_.continuous[i]);
     for (std::size_t c = 0; c < since_on_.size(); ++c)
-      since_on_[c] = ((safe.coils & ~last_.coils) >> c) & 1u ? 0 : std::min(since_on_[c] + 1, DelayLines::max_age);
+      since_on_[c] =
+          ((safe.switches & ~last_.switches) >> c) & 1u ? 0 : std::min(since_on_[c] + 1, DelayLines::max_age);
     last_ = safe;
     return safe;
   }
@@ -52,27 +55,29 @@ class CommandLimits {
   std::int64_t slowed() const { return slowed_; }  ///< commands that the rates changed
 
  private:
-  /// Coils that would be switched on again too soon stay off; the rest must still be an allowed pattern.
+  bool allowed(SwitchPattern pattern) const noexcept { return pattern < allowed_.size() && allowed_[pattern]; }
+
+  /// Switches that would be switched on again too soon stay off; the rest must still be an allowed pattern.
   SwitchPattern held(SwitchPattern wanted) noexcept {
-    if (rates_.coil_period_ticks == 0) return wanted;
+    if (rates_.switch_period_ticks == 0) return wanted;
     SwitchPattern kept = wanted;
     for (std::size_t c = 0; c < since_on_.size(); ++c)
-      if (((wanted & ~last_.coils) >> c) & 1u)
-        if (since_on_[c] + 1 < rates_.coil_period_ticks) kept &= ~(SwitchPattern{1} << c);
+      if (((wanted & ~last_.switches) >> c) & 1u)
+        if (since_on_[c] + 1 < rates_.switch_period_ticks) kept &= ~(SwitchPattern{1} << c);
     if (kept == wanted) return wanted;
     ++slowed_;
-    return (allowed_ >> kept) & 1u ? kept : 0;
+    return allowed(kept) ? kept : 0;
   }
 
-  double limited(double force_n) noexcept {
-    const double from = last_.motor_force_n, most = rates_.motor_n_per_tick;
-    const double kept = std::clamp(force_n, std::min(from - most, 0.0), std::max(from + most, 0.0));
-    if (kept != force_n) ++slowed_;
+  double limited(double value, double from) noexcept {
+    const double most = rates_.continuous_per_tick;
+    const double kept = std::clamp(value, std::min(from - most, 0.0), std::max(from + most, 0.0));
+    if (kept != value) ++slowed_;
     return kept;
   }
 
-  std::uint64_t allowed_ = 0;
-  double motor_limit_n_;
+  std::bitset<std::size_t{1} << max_switches> allowed_;
+  ContinuousValues most_{};
   CommandRates rates_;
   Command last_;
   std::array<int, max_switches> since_on_{};

@@ -125,6 +125,13 @@ void check_equilibrium(const ScenarioConfig& scenario, const VariantConfig& vari
   }
 }
 
+/// What a variant cannot be in a scenario.
+void check_pair(const ScenarioConfig& scenario, const VariantConfig& variant, const Document& document) {
+  check_equilibrium(scenario, variant, document.where(document.path() + ".payload_kg"));
+  const std::string where = document.where(document.path() + ".timing");
+  check_tick(scenario, timed(variant, scenario.timing, where).timing.tick_s, where);
+}
+
 /// Fills a campaign part by part, and beside it the resolved document and what each run's hash covers.
 class CampaignReader {
  public:
@@ -134,6 +141,7 @@ class CampaignReader {
   Campaign read() {
     toml::table& root = resolved_.root();
     campaign_.name = library_.root().text_or("name", std::filesystem::path(resolved_.name()).stem().string());
+    campaign_.system = systems().front();
     campaign_.seeds = read_seeds(library_);
     root.insert("name", campaign_.name);
     root.insert("seeds", toml::array{});
@@ -207,8 +215,7 @@ class CampaignReader {
 
   void take_scenario(const ScenarioConfig& scenario, const Document& document) {
     campaign_.scenarios.push_back(scenario);
-    for (const VariantConfig& variant : campaign_.variants)
-      check_equilibrium(scenario, variant, document.where(document.path() + ".payload_kg"));
+    for (const VariantConfig& variant : campaign_.variants) check_pair(scenario, variant, document);
     resolved_.comes_from(fmt::format("scenario[{}]", scenario_tables_.size()), document, document.path());
     Carried carried = carrier_.carry(document);
     scenario_keys_.push_back(carried.key);
@@ -252,6 +259,11 @@ Campaign read_campaign(Document document, const Selection& selection) {
   Library library;
   library.load(std::move(document));
   return read_campaign(library, selection);
+}
+
+double period_of(const Campaign& campaign) {
+  const ScenarioConfig& scenario = campaign.scenarios.front();
+  return timed(campaign.variants.front(), scenario.timing, scenario.name).timing.period_s();
 }
 
 std::vector<VariantConfig> shipped_variants() {

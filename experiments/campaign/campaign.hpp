@@ -1,5 +1,6 @@
 #pragma once
 
+#include "controllers/systems.hpp"
 #include "controllers/variant.hpp"
 #include "experiments/campaign/scenario.hpp"
 
@@ -37,6 +38,7 @@ struct CampaignRun {
 /// Variants crossed with scenarios and seeds, read and checked.
 struct Campaign {
   std::string name;
+  const SystemDescription* system = nullptr;
   std::vector<VariantConfig> variants;
   std::vector<ScenarioConfig> scenarios;
   std::vector<std::uint64_t> seeds;
@@ -45,6 +47,9 @@ struct Campaign {
   std::string resolved_toml;                 ///< its text, which needs `inputs` beside it
   std::vector<InputFile> inputs;
 };
+
+/// The control period of a campaign's first variant in its first scenario [s].
+double period_of(const Campaign& campaign);
 
 /// Reads a campaign file; `path` may also name a shipped one ("default"). Keys:
 ///

@@ -1,7 +1,8 @@
 #include "experiments/campaign/run_record.hpp"
 
+#include "controllers/systems.hpp"
+
 #include <cmath>
-#include <functional>
 #include <vector>
 
 #include <fmt/format.h>
@@ -12,14 +13,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// One reported number: the one list that JSON, CSV and reading back share.
-struct RunColumn {
+/// One of the solver's numbers, which every system has: the one list that JSON, CSV and reading back share.
+struct SolverColumn {
   const char* name;
-  double Metrics::*number = nullptr;
-  int Metrics::*count = nullptr;
   double Percentiles::*solve_us = nullptr;  ///< in JSON inside `solve_us`, by `inner`
   const char* inner = nullptr;
-  bool later = false;  ///< results folders of earlier programs do not have it
+  int Metrics::*count = nullptr;
+  double Metrics::*number = nullptr;
 
   double value(const Metrics& m) const {
     if (number) return m.*number;
@@ -28,37 +28,22 @@ struct RunColumn {
   }
 };
 
-const std::vector<RunColumn>& columns() {
-  using M = Metrics;
-  using P = Percentiles;
-  static const std::vector<RunColumn> all = {
-      {"rmse_mm", &M::rmse_mm},
-      {"mae_mm", &M::mae_mm},
-      {"rmse_measured_mm", &M::rmse_measured_mm},
-      {"mae_measured_mm", &M::mae_measured_mm},
-      {"sse_mean_abs_mm", &M::sse_mean_abs_mm},
-      {"sse_abs_mean_mm", &M::sse_abs_mean_mm},
-      {.name = "sse_max_abs_mm", .number = &M::sse_max_abs_mm, .later = true},
-      {"ssa_mm", &M::ssa_mm},
-      {"itae", &M::itae},
-      {"overshoot_percent", &M::overshoot_percent},
-      {"coil_switches", nullptr, &M::coil_switches},
-      {"switches_per_s", &M::switches_per_s},
-      {.name = "steady_switches_per_s", .number = &M::steady_switches_per_s, .later = true},
-      {"air_g", &M::air_g},
-      {"air_nl", &M::air_nl},
-      {.name = "steady_air_g_per_s", .number = &M::steady_air_g_per_s, .later = true},
-      {"motor_rms_n", &M::motor_rms_n},
-      {"solve_us_p50", nullptr, nullptr, &P::p50, "p50"},
-      {"solve_us_p90", nullptr, nullptr, &P::p90, "p90"},
-      {"solve_us_p99", nullptr, nullptr, &P::p99, "p99"},
-      {"solve_us_p999", nullptr, nullptr, &P::p999, "p999"},
-      {"solve_us_max", nullptr, nullptr, &P::max, "max"},
-      {"deadline_misses", nullptr, &M::deadline_misses},
-      {"proven_optimal_fraction", &M::proven_optimal_fraction},
-  };
-  return all;
+constexpr SolverColumn solver_columns[] = {
+    {"solve_us_p50", &Percentiles::p50, "p50"},
+    {"solve_us_p90", &Percentiles::p90, "p90"},
+    {"solve_us_p99", &Percentiles::p99, "p99"},
+    {"solve_us_p999", &Percentiles::p999, "p999"},
+    {"solve_us_max", &Percentiles::max, "max"},
+    {"deadline_misses", nullptr, nullptr, &Metrics::deadline_misses},
+    {"proven_optimal_fraction", nullptr, nullptr, nullptr, &Metrics::proven_optimal_fraction},
+};
+
+const SystemDescription& system_of(const RunRecord& record) {
+  const SystemDescription* system = find_system(record.system);
+  return system ? *system : *systems().front();
 }
+
+Json number_json(double value, bool whole) { return whole ? Json(static_cast<std::int64_t>(value)) : Json(value); }
 
 RunRecord described(const Campaign& campaign, const CampaignRun& run) {
   const ScenarioConfig& scenario = campaign.scenarios[run.scenario];
@@ -68,7 +53,8 @@ RunRecord described(const Campaign& campaign, const CampaignRun& run) {
           scenario.payload_kg,
           run.seed,
           "",
-          {}};
+          {},
+          campaign.system->name};
 }
 
 /// Quoted when a CSV reader would need it.
@@ -87,7 +73,8 @@ std::string csv_text(const std::string& text) {
 RunRecord record_of(const Campaign& campaign, const CampaignRun& run, const Metrics& metrics) {
   RunRecord record = described(campaign, run);
   bool finite = metrics.finite;
-  for (const RunColumn& column : columns()) finite = finite && std::isfinite(column.value(metrics));
+  for (const Metrics::Number& number : metrics.numbers()) finite = finite && std::isfinite(number.value);
+  for (const SolverColumn& column : solver_columns) finite = finite && std::isfinite(column.value(metrics));
   record.status = finite ? "ok" : "unstable";
   if (finite) record.metrics = metrics;
   return record;
@@ -100,14 +87,13 @@ RunRecord failed_record(const Campaign& campaign, const CampaignRun& run, const 
 }
 
 Json to_json(const RunRecord& record) {
-  Json json = {{"variant", record.variant},
-               {"scenario", record.scenario},
-               {"trajectory", record.trajectory},
-               {"payload_kg", record.payload_kg},
-               {"seed", record.seed}};
+  Json json = {{"system", system_of(record).name}, {"variant", record.variant},       {"scenario", record.scenario},
+               {"trajectory", record.trajectory},  {"payload_kg", record.payload_kg}, {"seed", record.seed}};
   if (record.metrics) {
     const Metrics& m = *record.metrics;
-    for (const RunColumn& column : columns()) {
+    for (const MetricColumn& metric : system_of(record).metrics)
+      if (m.has(metric.key)) json[metric.key] = number_json(m.number(metric.key), metric.whole);
+    for (const SolverColumn& column : solver_columns) {
       if (column.number) json[column.name] = m.*column.number;
       if (column.count) json[column.name] = m.*column.count;
       if (column.solve_us) json["solve_us"][column.inner] = m.solve_us.*column.solve_us;
@@ -119,6 +105,7 @@ Json to_json(const RunRecord& record) {
 
 RunRecord record_from_json(const Json& json) {
   RunRecord record;
+  record.system = json.value("system", "");
   json.at("variant").get_to(record.variant);
   json.at("scenario").get_to(record.scenario);
   json.at("trajectory").get_to(record.trajectory);
@@ -127,8 +114,9 @@ RunRecord record_from_json(const Json& json) {
   json.at("status").get_to(record.status);
   if (!record.ok()) return record;
   Metrics m;
-  for (const RunColumn& column : columns()) {
-    if (column.later && !json.contains(column.name)) continue;
+  for (const MetricColumn& metric : system_of(record).metrics)
+    if (const auto value = json.find(metric.key); value != json.end()) m.set(metric.key, value->get<double>());
+  for (const SolverColumn& column : solver_columns) {
     if (column.number) json.at(column.name).get_to(m.*column.number);
     if (column.count) json.at(column.name).get_to(m.*column.count);
     if (column.solve_us) json.at("solve_us").at(column.inner).get_to(m.solve_us.*column.solve_us);
@@ -138,13 +126,17 @@ RunRecord record_from_json(const Json& json) {
 }
 
 std::string to_csv(std::span<const RunRecord> records) {
+  const SystemDescription& system = records.empty() ? *systems().front() : system_of(records.front());
   std::string text = "variant,scenario,trajectory,payload_kg,seed";
-  for (const RunColumn& column : columns()) text += fmt::format(",{}", column.name);
+  for (const MetricColumn& metric : system.metrics) text += "," + metric.key;
+  for (const SolverColumn& column : solver_columns) text += fmt::format(",{}", column.name);
   text += ",status\n";
   for (const RunRecord& r : records) {
     text +=
         fmt::format("{},{},{},{},{}", csv_text(r.variant), csv_text(r.scenario), r.trajectory, r.payload_kg, r.seed);
-    for (const RunColumn& column : columns())
+    for (const MetricColumn& metric : system.metrics)
+      text += r.metrics && r.metrics->has(metric.key) ? fmt::format(",{}", r.metrics->number(metric.key)) : ",";
+    for (const SolverColumn& column : solver_columns)
       text += r.metrics ? fmt::format(",{}", column.value(*r.metrics)) : std::string(",");
     text += fmt::format(",{}\n", csv_text(r.status));
   }

@@ -20,6 +20,7 @@ struct RunRecord {
   std::uint64_t seed = 1;
   std::string status;
   std::optional<Metrics> metrics;  ///< with status "ok" only
+  std::string system = {};         ///< its name; none: the first there is
 
   bool ok() const { return status == "ok"; }
   bool failed() const { return status.starts_with("failed"); }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/reference/trajectory.hpp"
+#include "core/reference/motion.hpp"
 #include "experiments/systems/actuator/plants/make_plant.hpp"
 
 #include <memory>
@@ -12,7 +12,8 @@ namespace solenoid {
 struct ScenarioConfig : PlantConfig {
   std::string name;
   std::string trajectory_kind;
-  Trajectory trajectory{0.0};
+  Motion trajectory{Trajectory(0.0)};
+  TimingKeys timing;  ///< in place of the system's
   double duration_s = 8.0;
 };
 

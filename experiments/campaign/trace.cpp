@@ -1,6 +1,6 @@
 #include "experiments/campaign/trace.hpp"
 
-#include "controllers/timing.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
 
 #include <algorithm>
@@ -27,7 +27,7 @@ std::vector<double> values_of(std::span<const TickRecord> ticks, Value value) {
   return values;
 }
 
-std::vector<std::int64_t> tick_numbers(std::span<const TickRecord> ticks) {
+std::vector<std::int64_t> tick_numbers(std::span<const TickRecord> ticks, double tick_s) {
   std::vector<std::int64_t> numbers;
   numbers.reserve(ticks.size());
   for (const TickRecord& tick : ticks) numbers.push_back(std::llround(tick.sensors.time_s / tick_s));
@@ -107,8 +107,8 @@ Trace make_trace(const VariantConfig& variant, const ScenarioConfig& scenario, s
   const PneumaticActuator plant(scenario.mismatch.applied_to(variant.nominal));
   const ModeSet modes = valve_modes(variant.valves, variant.nominal);
   Trace trace;
-  trace.tick_s = tick_s;
-  trace.ticks = tick_numbers(ticks);
+  trace.tick_s = timed(variant, scenario.timing, scenario.name).timing.tick_s;
+  trace.ticks = tick_numbers(ticks, trace.tick_s);
   trace.measured = !knows_truth(ticks);
   for (const Mode& mode : modes.modes()) trace.modes.push_back(mode.name);
   const double none = plant.cylinder_force(0.0, 0.0);
@@ -117,15 +117,15 @@ Trace make_trace(const VariantConfig& variant, const ScenarioConfig& scenario, s
   const auto add = [&](const char* name, const char* unit, double resolution, auto value) {
     trace.signals.push_back({name, unit, resolution, values_of(ticks, value)});
   };
-  const auto state = [measured = trace.measured](StateIndex i, double Sensors::*sensor) {
-    return [=](const TickRecord& t) { return measured ? t.sensors.*sensor : t.sensors.truth[i]; };
+  const auto state = [measured = trace.measured](StateIndex i, ActuatorChannel channel) {
+    return [=](const TickRecord& t) { return measured ? t.sensors.value[channel] : t.sensors.truth[i]; };
   };
-  add("reference", "m", length_m, [](const TickRecord& t) { return t.decision.reference.position; });
-  add("position", "m", length_m, state(position, &Sensors::position_m));
-  add("pressure_a", "Pa", pressure_pa, state(pressure_a, &Sensors::pressure_a_pa));
-  add("pressure_b", "Pa", pressure_pa, state(pressure_b, &Sensors::pressure_b_pa));
-  add("mode", "", 1.0, [&](const TickRecord& t) { return double(modes.find(t.applied.coils)); });
-  add("motor", "N", force_n, [](const TickRecord& t) { return t.applied.motor_force_n; });
+  add("reference", "m", length_m, [](const TickRecord& t) { return t.decision.reference.axis[0].value; });
+  add("position", "m", length_m, state(position, position_channel));
+  add("pressure_a", "Pa", pressure_pa, state(pressure_a, pressure_a_channel));
+  add("pressure_b", "Pa", pressure_pa, state(pressure_b, pressure_b_channel));
+  add("mode", "", 1.0, [&](const TickRecord& t) { return double(modes.find(t.applied.switches)); });
+  add("motor", "N", force_n, [](const TickRecord& t) { return t.applied.continuous[0]; });
   for (const TickRecord& t : ticks)
     if (t.decision.solved) trace.solves.add(t.decision.report.time_us);
   return trace;
@@ -162,12 +162,12 @@ std::vector<TickRecord> ticks_of(const Trace& trace, const ModeSet& modes) {
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     TickRecord& t = ticks[i];
     t.sensors.time_s = static_cast<double>(trace.ticks[i]) * trace.tick_s;
-    t.sensors.truth[position] = t.sensors.position_m = actual[i];
-    t.sensors.truth[pressure_a] = t.sensors.pressure_a_pa = a[i];
-    t.sensors.truth[pressure_b] = t.sensors.pressure_b_pa = b[i];
-    t.decision.reference.position = reference[i];
-    if (mode[i] >= 0 && mode[i] < modes.size()) t.applied.coils = modes.pattern(static_cast<int>(mode[i]));
-    t.applied.motor_force_n = motor[i];
+    t.sensors.truth[position] = t.sensors.value[position_channel] = actual[i];
+    t.sensors.truth[pressure_a] = t.sensors.value[pressure_a_channel] = a[i];
+    t.sensors.truth[pressure_b] = t.sensors.value[pressure_b_channel] = b[i];
+    t.decision.reference.axis[0].value = reference[i];
+    if (mode[i] >= 0 && mode[i] < modes.size()) t.applied.switches = modes.pattern(static_cast<int>(mode[i]));
+    t.applied.continuous[0] = motor[i];
   }
   return ticks;
 }

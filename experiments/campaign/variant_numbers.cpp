@@ -1,6 +1,7 @@
 #include "experiments/campaign/variant_numbers.hpp"
 
-#include "controllers/timing.hpp"
+#include "controllers/systems.hpp"
+#include "controllers/variant.hpp"
 #include "core/config/reader.hpp"
 
 #include <charconv>
@@ -43,7 +44,13 @@ void set_in(toml::table& table, const std::string& key, const std::string& rest,
 void follow_blocks(toml::table& variant) {
   std::int64_t periods = 0;
   for (const toml::node& block : *variant["horizon"]["blocks"].as_array()) periods += block.value_or(std::int64_t{0});
-  variant["horizon"].as_table()->insert_or_assign("steps", periods * ticks_per_period);
+  TimingKeys keys;
+  if (toml::table* timing = variant["timing"].as_table()) {
+    keys.tick_ms = (*timing)["tick_ms"].value<double>();
+    keys.period_ms = (*timing)["period_ms"].value<double>();
+  }
+  const Timing timing = with_keys(systems().front()->timing, keys, "variant");
+  variant["horizon"].as_table()->insert_or_assign("steps", periods * timing.ticks_per_period);
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
 #include "controllers/factory.hpp"
-#include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
 #include "core/systems/actuator/valves.hpp"
 #include "experiments/base/result.hpp"
@@ -27,7 +26,7 @@ namespace {
 std::string check_variants(const std::string& path, const Campaign& campaign) {
   std::string notes;
   for (const VariantConfig& v : campaign.variants) {
-    for (const std::string& note : rounded_times(valve_modes(v.valves, v.nominal), tick_s))
+    for (const std::string& note : rounded_times(valve_modes(v.valves, v.nominal), v.timing.tick_s))
       notes += fmt::format("; variant '{}': {}", v.name, note);
     try {
       make_controller(v, campaign.scenarios.front().trajectory, campaign.scenarios.front().plane);
@@ -69,19 +68,20 @@ std::vector<Check> check_plant(const CheckArguments& options) {
   const Campaign campaign = read_campaign("rig");
   const VariantConfig& variant = campaign.variants.front();
   const OpenedPlant opened = open_plant(choice, variant, campaign.scenarios.front(), 1);
-  const Preflight found = preflight(*opened.plant, choice.rig.ladder.plausibility,
-                                    variant.nominal.atmospheric_pressure_pa, variant.nominal.supply_pressure_pa);
-  const LadderSettings& limits = choice.rig.ladder;
-  const bool inside = found.position_m >= limits.position_low_m && found.position_m <= limits.position_high_m;
-  const bool late = found.read_us.p99 > 1e6 * tick_s;
+  PlausibilitySettings plausibility = choice.rig.ladder.plausibility;
+  bound_by_supply(plausibility, variant.nominal);
+  const Preflight found = preflight(*opened.plant, plausibility, variant.timing.tick_s);
+  const ChannelLimits& limits = choice.rig.ladder.limits[position_channel];
+  const bool inside = found.position_m >= limits.low && found.position_m <= limits.high;
+  const bool late = found.read_us.p99 > 1e6 * variant.timing.tick_s;
   return {{"plant", "I/O latency", late ? "failed" : "ok",
            fmt::format("read p50 {:.0f} us, p99 {:.0f} us, max {:.0f} us of the tick's 1000; {} of 100 missed",
                        found.read_us.p50, found.read_us.p99, found.read_us.max, found.missed)},
           {"plant", "sensors", found.good() ? "ok" : "failed",
-           found.good() ? "plausible for 0.1 s" : to_string(found.faults)},
+           found.good() ? "plausible for 0.1 s" : to_string(found.faults, actuator_description())},
           {"plant", "position", inside ? "ok" : "failed",
-           fmt::format("{:.2f} mm, calibrated; limits {:.1f} to {:.1f} mm", 1e3 * found.position_m,
-                       1e3 * limits.position_low_m, 1e3 * limits.position_high_m)}};
+           fmt::format("{:.2f} mm, calibrated; limits {:.1f} to {:.1f} mm", 1e3 * found.position_m, 1e3 * limits.low,
+                       1e3 * limits.high)}};
 }
 
 /// Files first: one that is refused ends the command, after every other has been looked at.

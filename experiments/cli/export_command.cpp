@@ -16,7 +16,8 @@ struct ExportArguments {
 };
 
 int export_log(const ExportArguments& options) {
-  const std::string text = tick_csv_text(read_log(options.log).ticks);
+  const RecordedRun run = read_log(options.log);
+  const std::string text = TickFormat(*run.system).csv_text(run.ticks);
   if (options.csv.empty())
     write_standard_output(text);
   else

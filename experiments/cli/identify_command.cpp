@@ -108,8 +108,9 @@ std::vector<Record> real_time_records(const IdentifyArguments& options, std::vec
   const OpenedPlant opened = open_plant(choice, {}, {}, options.run.seed);
   const CrashGuard crash_guard(opened.rig->io());
   const ActuatorParameters given = named_parameters(options.base);
-  const Preflight found =
-      preflight(*opened.plant, choice.rig.ladder.plausibility, given.atmospheric_pressure_pa, given.supply_pressure_pa);
+  PlausibilitySettings plausibility = choice.rig.ladder.plausibility;
+  bound_by_supply(plausibility, given);
+  const Preflight found = preflight(*opened.plant, plausibility, actuator_timing.tick_s);
   fmt::print(stderr, "{}\n", found.text());
   if (!found.good()) throw std::runtime_error("the sensors are not plausible: not started");
   std::vector<Record> records;

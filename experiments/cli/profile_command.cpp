@@ -1,4 +1,3 @@
-#include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/interrupt.hpp"

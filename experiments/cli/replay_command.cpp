@@ -52,7 +52,7 @@ int replay(const ReplayArguments& options) {
   const bool same = options.variant.empty();
   const ReplayResult result = same ? replay_same(run, task) : replay_other(run, task, shipped_variant(options.variant));
   const std::string name = same ? task.variant.name : options.variant;
-  if (!options.csv.empty()) write_file_atomically(options.csv, tick_csv_text(result.decided));
+  if (!options.csv.empty()) write_file_atomically(options.csv, TickFormat(*run.system).csv_text(result.decided));
   write_standard_output(options.format == "json" ? json_of(result, name) : text_of(result, name, same));
   return same && result.coil_differences + result.motor_differences > 0 && result.unproven == 0 ? failure : success;
 }

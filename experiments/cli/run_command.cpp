@@ -91,21 +91,22 @@ Campaign campaign_of(const RunArguments& options) {
   return campaign;
 }
 
-/// Sensors must be plausible; a slide that stands elsewhere is brought to the task's start first.
+/// Measurement must be plausible; a slide that stands elsewhere is brought to the task's start first.
 void look_before_start(const RunArguments& options, Plant& plant, const VariantConfig& variant,
                        const ScenarioConfig& scenario, SessionSettings& session) {
   constexpr double near_m = 1e-3;
-  const Preflight found = preflight(plant, session.ladder.plausibility, variant.nominal.atmospheric_pressure_pa,
-                                    variant.nominal.supply_pressure_pa);
+  PlausibilitySettings plausibility = session.ladder.plausibility;
+  bound_by_supply(plausibility, variant.nominal);
+  const Preflight found = preflight(plant, plausibility, variant.timing.tick_s);
   if (!options.quiet || !found.good()) fmt::print(stderr, "{}\n", found.text());
   if (!found.good()) throw std::runtime_error("the sensors are not plausible: not started");
-  session.at_start_position = std::abs(found.position_m - scenario.trajectory.start_m()) < near_m;
+  session.at_start_position = std::abs(found.position_m - scenario.trajectory.start()[0]) < near_m;
 }
 
 SessionResult run_one(const RunArguments& options, const Campaign& campaign, const CampaignRun& run,
                       const std::string& folder) {
-  const VariantConfig& variant = campaign.variants.front();
   const ScenarioConfig& scenario = campaign.scenarios.front();
+  const VariantConfig variant = timed(campaign.variants.front(), scenario.timing, scenario.name);
   const OpenedPlant opened = open_plant(options.plant, variant, scenario, run.seed);
   std::optional<CrashGuard> crash_guard;
   if (opened.rig) crash_guard.emplace(opened.rig->io());
@@ -165,8 +166,8 @@ int run(const RunArguments& chosen) {
     if (records.empty() && !options.quiet) fmt::print(stderr, "{}", setup_text(result.setup));
     RunRecord record = record_of(campaign, cell, result.metrics);
     if (!result.clean())
-      record.status =
-          "failed: " + (result.log_problem.empty() ? "SAFE: " + to_string(result.causes) : result.log_problem);
+      record.status = "failed: " + (result.log_problem.empty() ? "SAFE: " + to_string(result.causes, *campaign.system)
+                                                               : result.log_problem);
     text += session_text(record, result);
     list.push_back(session_json(record, result));
     results.add(cell, record);

@@ -7,7 +7,8 @@ namespace solenoid {
 /// A simulated plant also knows what it cost.
 class SimulatedPlant : public Plant {
  public:
-  virtual double air_used_kg() const = 0;
+  /// Of what the system's models consume, in their unit, since the start.
+  virtual double consumed() const = 0;
 };
 
 }  // namespace solenoid

@@ -1,6 +1,5 @@
 #include "experiments/profile/profile.hpp"
 
-#include "controllers/timing.hpp"
 #include "experiments/base/files.hpp"
 
 #include <algorithm>
@@ -107,7 +106,7 @@ VariantProfile conclude(const Course& c, const InstanceSet& set, double limit_ms
   p.fingerprint = fingerprint(instance_bytes(alone));
   p.passes = c.passes;
   p.solve_us = c.off_us;
-  p.misses = count_above(c.off_us, 1e6 * period_s);
+  p.misses = count_above(c.off_us, 1e6 * c.variant->config.timing.period_s());
   p.limit_misses = count_above(c.off_us, 1e3 * limit_ms);
   p.histogram = histogram_of(c.off_us);
   p.has_phases = c.replay->has_phases();

@@ -23,7 +23,7 @@ struct Sums {
     proven += run.metrics.proven_optimal_fraction;
     ++runs;
     unstable += !run.metrics.finite;
-    if (run.metrics.finite) log_rmse += std::log(std::max(run.metrics.rmse_mm, 1e-9));
+    if (run.metrics.finite) log_rmse += std::log(std::max(run.metrics["rmse_mm"], 1e-9));
     for (const TickRecord& t : run.ticks) {
       solves += t.decision.solved;
       late += t.decision.solved && t.decision.report.time_us > 1e3 * budget_ms + late_us;

@@ -1,7 +1,8 @@
 #include "experiments/profile/record.hpp"
 
 #include "controllers/instances/recording_solver.hpp"
-#include "controllers/timing.hpp"
+#include "core/config/reader.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/campaign/library.hpp"
 #include "experiments/campaign/simulate.hpp"
 #include "experiments/rig/replay_run.hpp"
@@ -19,7 +20,6 @@ namespace {
 
 /// A reference this close to a window of the motion is that window [m, m/s]: rounding, no more.
 constexpr double window_tolerance = 1e-12;
-constexpr std::uint32_t longest_latency_ticks = ticks_per_period;
 
 /// The variant's table as the campaign has it, a file of parameters replaced by its content.
 std::string variant_toml(const Campaign& campaign, const std::string& name) {
@@ -29,13 +29,14 @@ std::string variant_toml(const Campaign& campaign, const std::string& name) {
   return toml_text(table);
 }
 
-RecordedMotion motion_of(const ScenarioConfig& scenario, int horizon_steps) {
+/// Rows of a task's motion, enough for any problem of these sizes.
+RecordedMotion motion_of(const ScenarioConfig& scenario, const Timing& timing, int horizon_steps) {
   RecordedMotion s{scenario.name, scenario.plane, {}};
-  const auto ticks = static_cast<std::uint32_t>(std::llround(scenario.duration_s / tick_s));
-  const auto rows = ticks + static_cast<std::uint32_t>(horizon_steps) + longest_latency_ticks + 1;
+  const auto ticks = timing.ticks_in(scenario.duration_s);
+  const auto rows = static_cast<std::uint32_t>(ticks + horizon_steps + timing.ticks_per_period + 1);
   for (std::uint32_t k = 0; k < rows; ++k) {
-    const ReferenceSample r = scenario.trajectory.at(k * tick_s);
-    s.rows.push_back({r.position, r.velocity});
+    const MotionSample r = scenario.trajectory.at(k * timing.tick_s).axis[0];
+    s.rows.push_back({r.value, r.rate});
   }
   return s;
 }
@@ -53,9 +54,10 @@ bool is_window(const std::vector<Row>& rows, const RecordedMotion& s, std::uint3
 
 /// Sets start and offset of the window that the posed rows are, or keeps the rows.
 template <HybridModel Model>
-void keep_reference(const PosedInstance<Model>& posed, const RecordedMotion& s, InstanceRecord& r) {
-  const auto tick = static_cast<std::uint32_t>(posed.solve * ticks_per_period);
-  for (std::uint32_t start = tick + 1; start <= tick + 1 + longest_latency_ticks && start < s.rows.size(); ++start) {
+void keep_reference(const PosedInstance<Model>& posed, const RecordedMotion& s, std::uint32_t ticks_per_period,
+                    InstanceRecord& r) {
+  const auto tick = static_cast<std::uint32_t>(posed.solve) * ticks_per_period;
+  for (std::uint32_t start = tick + 1; start <= tick + 1 + ticks_per_period && start < s.rows.size(); ++start) {
     const double shift = posed.reference[0][0] - s.rows[start][0];
     const double offset_m = std::abs(shift) <= window_tolerance ? 0.0 : shift;
     if (!is_window(posed.reference, s, start, offset_m) || !is_window(posed.setpoint, s, start - 1, 0.0)) continue;
@@ -104,8 +106,9 @@ Loads loads_of(std::span<const TickRecord> ticks, const VariantConfig& variant) 
     loads.emplace_back();
     if (!use.payload && !use.disturbance) continue;
     const bool estimated = !t.sensors.ideal;
-    loads.back() = {estimated && use.payload ? t.decision.detail.payload_kg : variant.nominal.payload_mass_kg,
-                    estimated && use.disturbance ? t.decision.detail.disturbance_n : 0.0};
+    loads.back() = {
+        estimated && use.payload ? t.decision.detail.belief[payload_belief] : variant.nominal.payload_mass_kg,
+        estimated && use.disturbance ? t.decision.detail.belief[disturbance_belief] : 0.0};
   }
   return loads;
 }
@@ -131,7 +134,7 @@ void keep(const std::vector<PosedInstance<Model>>& posed, const Loads& loads, st
       r.warm_weights = p.warm_start.relaxation.weights;
       r.warm_owed = p.warm_start.relaxation.owed.front();
     }
-    keep_reference(p, set.motions[motion], r);
+    keep_reference(p, set.motions[motion], static_cast<std::uint32_t>(variant.config.timing.ticks_per_period), r);
     pose(set, r, problem, plan);
     const SolveReport report = solver->solve(problem, plan, Deadline::never());
     if (!usable(report.status)) continue;
@@ -143,17 +146,32 @@ void keep(const std::vector<PosedInstance<Model>>& posed, const Loads& loads, st
   }
 }
 
+/// The variant as it runs in a scenario, and the sampling that the set's motions have; they are in ticks, so every
+/// variant must have it.
+VariantConfig timed_alike(const Campaign& campaign, const VariantConfig& v, const ScenarioConfig& s) {
+  const VariantConfig first = timed(campaign.variants.front(), campaign.scenarios.front().timing, s.name);
+  VariantConfig own = timed(v, s.timing, s.name);
+  if (own.timing != first.timing)
+    throw ConfigError(
+        fmt::format("variant '{}' in scenario '{}' has another sampling than '{}' (allowed: instances of one "
+                    "tick and one period)",
+                    v.name, s.name, first.name));
+  return own;
+}
+
 /// An empty set with the motions of a campaign.
 InstanceSet with_motions(const Campaign& campaign) {
   InstanceSet set;
   int steps = 0;
   for (const VariantConfig& v : campaign.variants) steps = std::max(steps, v.horizon.steps);
-  for (const ScenarioConfig& s : campaign.scenarios) set.motions.push_back(motion_of(s, steps));
+  for (const ScenarioConfig& s : campaign.scenarios)
+    set.motions.push_back(motion_of(s, timed_alike(campaign, campaign.variants.front(), s).timing, steps));
   return set;
 }
 
 /// A variant without instances yet. A plan that a clock cut short is nobody's yardstick: it has no deadline.
 VariantInstances& add_variant(const Campaign& campaign, VariantConfig v, InstanceSet& set) {
+  for (const ScenarioConfig& s : campaign.scenarios) v = timed_alike(campaign, v, s);
   v.deadline_ms.reset();
   return set.variants.emplace_back(VariantInstances{v.name, variant_toml(campaign, v.name), v, {}});
 }
@@ -162,7 +180,7 @@ VariantInstances& add_variant(const Campaign& campaign, VariantConfig v, Instanc
 template <class Run>
 void keep_run(double duration_s, std::size_t count, std::uint32_t motion, const InstanceSet& set,
               VariantInstances& variant, Run run) {
-  const auto periods = static_cast<std::size_t>(std::ceil(duration_s / period_s - 1e-9));
+  const auto periods = static_cast<std::size_t>(std::ceil(duration_s / variant.config.timing.period_s() - 1e-9));
   const std::size_t every = std::max<std::size_t>(1, periods / count);
   Recorder recorder{std::min(count, (periods + every - 1) / every), static_cast<std::int64_t>(every)};
   const std::vector<TickRecord> ticks = run(recorder.decorate());
@@ -195,7 +213,7 @@ InstanceSet record_instances(const RecordedRun& run, const std::vector<std::stri
   InstanceSet set = with_motions(campaign);
   for (const VariantConfig& v : campaign.variants) {
     VariantInstances& variant = add_variant(campaign, v, set);
-    keep_run(static_cast<double>(run.ticks.size()) * tick_s, per_variant, 0, set, variant,
+    keep_run(static_cast<double>(run.ticks.size()) * task.variant.timing.tick_s, per_variant, 0, set, variant,
              [&](const SolverDecorator& r) { return replay_other(run, task, variant.config, r).decided; });
   }
   return set;

@@ -1,7 +1,7 @@
 #include "experiments/profile/replay.hpp"
 
-#include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/signals.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -111,7 +111,7 @@ double median(std::vector<double>& sample) {
   return *middle;
 }
 
-Trajectory motion_of(const RecordedMotion& s) {
+Trajectory motion_of(const RecordedMotion& s, double tick_s) {
   std::vector<double> times, positions;
   for (std::size_t k = 0; k < s.rows.size(); ++k) {
     times.push_back(static_cast<double>(k) * tick_s);
@@ -141,28 +141,30 @@ double measured_us_per_phase_tick() {
 
 ControllerCost controller_cost(const InstanceSet& set, const VariantInstances& variant) {
   if (variant.records.empty()) return {};
+  const Timing& timing = variant.config.timing;
   const RecordedMotion& motion = set.motions[variant.records.front().motion];
   const InstanceRecord& record = variant.records.front();
   const SolverDecorator idle =
       decorator([]<HybridModel M>(SolverPtr<M>) -> SolverPtr<M> { return std::make_unique<IdleSolver<M>>(); });
-  const auto controller = make_controller(variant.config, motion_of(motion), motion.plane, idle);
+  const auto controller = make_controller(variant.config, motion_of(motion, timing.tick_s), motion.plane, idle);
   constexpr int periods = 400;
+  const int ticks_per_period = timing.ticks_per_period;
   std::vector<double> quiet, posing;
-  Sensors sensors{0.0, 0.0, record.initial[pressure_a], record.initial[pressure_b], {}, false};
+  Measurement sensors{.value = {0.0, record.initial[pressure_a], record.initial[pressure_b]}};
   for (int k = 0; k < periods * ticks_per_period;) {
     const auto step = [&](int ticks) {
       const auto begin = Clock::now();
       for (int i = 0; i < ticks; ++i, ++k) {
-        sensors.time_s = k * tick_s;
-        sensors.position_m = motion.rows[static_cast<std::size_t>(k) % motion.rows.size()][0];
+        sensors.time_s = k * timing.tick_s;
+        sensors.value[position_channel] = motion.rows[static_cast<std::size_t>(k) % motion.rows.size()][0];
         controller->step(sensors);
       }
       return us_since(begin);
     };
     posing.push_back(step(1));
-    quiet.push_back(step(ticks_per_period - 1) / (ticks_per_period - 1));
+    if (ticks_per_period > 1) quiet.push_back(step(ticks_per_period - 1) / (ticks_per_period - 1));
   }
-  const double tick_us = median(quiet);
+  const double tick_us = quiet.empty() ? 0.0 : median(quiet);  // a period of one tick has no quiet ones
   return {ticks_per_period * tick_us, std::max(0.0, median(posing) - tick_us)};
 }
 

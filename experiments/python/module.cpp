@@ -1,13 +1,16 @@
 // The C++ half of the Python package: solenoid._core. The package itself (package/__init__.py) gives it its face.
 #include "controllers/factory.hpp"
+#include "controllers/systems.hpp"
 #include "controllers/variant_keys.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/base/build_info.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/run_campaign.hpp"
 #include "experiments/campaign/simulate.hpp"
 #include "experiments/report/comparison.hpp"
 
+#include <algorithm>
 #include <optional>
 
 #include <fmt/format.h>
@@ -104,8 +107,8 @@ void bind_configuration(py::module_& m) {
       .def(
           "reference",
           [](const ScenarioConfig& s, double time_s) {
-            const ReferenceSample r = s.trajectory.at(time_s);
-            return py::make_tuple(r.position, r.velocity, r.acceleration);
+            const MotionSample r = s.trajectory.at(time_s).axis[0];
+            return py::make_tuple(r.value, r.rate, r.acceleration);
           },
           py::arg("time_s"))
       .def("__repr__", [](const ScenarioConfig& s) { return fmt::format("<solenoid.Scenario {}>", s.name); });
@@ -133,23 +136,21 @@ void bind_metrics(py::module_& m) {
       .def_readonly("p999", &Percentiles::p999)
       .def_readonly("max", &Percentiles::max);
   py::class_<Metrics>(m, "Metrics")
-      .def_readonly("rmse_mm", &Metrics::rmse_mm)
-      .def_readonly("mae_mm", &Metrics::mae_mm)
-      .def_readonly("rmse_measured_mm", &Metrics::rmse_measured_mm)
-      .def_readonly("mae_measured_mm", &Metrics::mae_measured_mm)
-      .def_readonly("sse_mean_abs_mm", &Metrics::sse_mean_abs_mm)
-      .def_readonly("sse_abs_mean_mm", &Metrics::sse_abs_mean_mm)
-      .def_readonly("sse_max_abs_mm", &Metrics::sse_max_abs_mm)
-      .def_readonly("ssa_mm", &Metrics::ssa_mm)
-      .def_readonly("itae", &Metrics::itae)
-      .def_readonly("overshoot_percent", &Metrics::overshoot_percent)
-      .def_readonly("coil_switches", &Metrics::coil_switches)
-      .def_readonly("switches_per_s", &Metrics::switches_per_s)
-      .def_readonly("steady_switches_per_s", &Metrics::steady_switches_per_s)
-      .def_readonly("air_g", &Metrics::air_g)
-      .def_readonly("air_nl", &Metrics::air_nl)
-      .def_readonly("steady_air_g_per_s", &Metrics::steady_air_g_per_s)
-      .def_readonly("motor_rms_n", &Metrics::motor_rms_n)
+      .def("__getattr__",
+           [](const Metrics& metrics, const std::string& name) -> py::object {
+             if (!metrics.has(name)) throw py::attribute_error("no metric '" + name + "'");
+             const double value = metrics.number(name);
+             const auto& columns = systems().front()->metrics;
+             const auto column = std::ranges::find(columns, name, &MetricColumn::key);
+             if (column != columns.end() && column->whole) return py::int_(static_cast<std::int64_t>(value));
+             return py::float_(value);
+           })
+      .def("__dir__",
+           [](const py::object& self) {
+             py::list names = py::module_::import("builtins").attr("object").attr("__dir__")(self);
+             for (const Metrics::Number& number : self.cast<const Metrics&>().numbers()) names.append(number.name);
+             return names;
+           })
       .def_readonly("solve_us", &Metrics::solve_us)
       .def_readonly("deadline_misses", &Metrics::deadline_misses)
       .def_readonly("proven_optimal_fraction", &Metrics::proven_optimal_fraction)
@@ -167,22 +168,23 @@ void bind_run(py::module_& m) {
       .def_property_readonly("estimate", view(
                                              [](const TickRecord& t) -> auto& { return t.decision.estimate[0]; }, 4))
       .def_property_readonly("measured_position_m",
-                             number([](const TickRecord& t) -> auto& { return t.sensors.position_m; }))
+                             number([](const TickRecord& t) -> auto& { return t.sensors.value[position_channel]; }))
       .def_property_readonly("measured_pressure_a_pa",
-                             number([](const TickRecord& t) -> auto& { return t.sensors.pressure_a_pa; }))
+                             number([](const TickRecord& t) -> auto& { return t.sensors.value[pressure_a_channel]; }))
       .def_property_readonly("measured_pressure_b_pa",
-                             number([](const TickRecord& t) -> auto& { return t.sensors.pressure_b_pa; }))
+                             number([](const TickRecord& t) -> auto& { return t.sensors.value[pressure_b_channel]; }))
       .def_property_readonly("reference_m",
-                             number([](const TickRecord& t) -> auto& { return t.decision.reference.position; }))
+                             number([](const TickRecord& t) -> auto& { return t.decision.reference.axis[0].value; }))
       .def_property_readonly("reference_m_s",
-                             number([](const TickRecord& t) -> auto& { return t.decision.reference.velocity; }))
-      .def_property_readonly("coils", number([](const TickRecord& t) -> auto& { return t.applied.coils; }))
+                             number([](const TickRecord& t) -> auto& { return t.decision.reference.axis[0].rate; }))
+      .def_property_readonly("coils", number([](const TickRecord& t) -> auto& { return t.applied.switches; }))
       .def_property_readonly("motor_force_n",
-                             number([](const TickRecord& t) -> auto& { return t.applied.motor_force_n; }))
-      .def_property_readonly("payload_kg",
-                             number([](const TickRecord& t) -> auto& { return t.decision.detail.payload_kg; }))
-      .def_property_readonly("disturbance_n",
-                             number([](const TickRecord& t) -> auto& { return t.decision.detail.disturbance_n; }))
+                             number([](const TickRecord& t) -> auto& { return t.applied.continuous[0]; }))
+      .def_property_readonly(
+          "payload_kg", number([](const TickRecord& t) -> auto& { return t.decision.detail.belief[payload_belief]; }))
+      .def_property_readonly("disturbance_n", number([](const TickRecord& t) -> auto& {
+                               return t.decision.detail.belief[disturbance_belief];
+                             }))
       .def_property_readonly("solved", number([](const TickRecord& t) -> auto& { return t.decision.solved; }))
       .def_property_readonly("cost", number([](const TickRecord& t) -> auto& { return t.decision.report.cost; }))
       .def_property_readonly("solve_us", number([](const TickRecord& t) -> auto& { return t.decision.report.time_us; }))
@@ -193,33 +195,41 @@ void bind_run(py::module_& m) {
 
 /// A controller and a plant that Python steps itself: the loop of `simulate`, one tick at a time.
 void bind_stepping(py::module_& m) {
-  py::class_<Sensors>(m, "Sensors")
-      .def(py::init<>())
-      .def_readwrite("time_s", &Sensors::time_s)
-      .def_readwrite("position_m", &Sensors::position_m)
-      .def_readwrite("pressure_a_pa", &Sensors::pressure_a_pa)
-      .def_readwrite("pressure_b_pa", &Sensors::pressure_b_pa)
-      .def_readwrite("truth", &Sensors::truth)
-      .def_readwrite("ideal", &Sensors::ideal);
-  py::class_<Command>(m, "Command")
-      .def(py::init([](SwitchPattern coils, double motor_force_n) {
-             return Command{coils, motor_force_n};
-           }),
+  // A number of a record as an attribute.
+  const auto attribute = [](auto& type, const char* name, auto at) {
+    using T = typename std::remove_reference_t<decltype(type)>::type;
+    type.def_property(
+        name, [at](T& record) { return at(record); }, [at](T& record, double value) { at(record) = value; });
+  };
+  py::class_<Measurement> sensors(m, "Sensors");
+  sensors.def(py::init<>())
+      .def_readwrite("time_s", &Measurement::time_s)
+      .def_property(
+          "truth", [](const Measurement& s) { return actuator_state(s.truth); },
+          [](Measurement& s, const ActuatorState& truth) { s.truth = padded<max_states>(truth); })
+      .def_readwrite("ideal", &Measurement::ideal);
+  attribute(sensors, "position_m", [](Measurement& s) -> double& { return s.value[position_channel]; });
+  attribute(sensors, "pressure_a_pa", [](Measurement& s) -> double& { return s.value[pressure_a_channel]; });
+  attribute(sensors, "pressure_b_pa", [](Measurement& s) -> double& { return s.value[pressure_b_channel]; });
+  py::class_<Command> command(m, "Command");
+  attribute(command, "motor_force_n", [](Command& c) -> double& { return c.continuous[0]; });
+  command
+      .def(py::init([](SwitchPattern coils, double motor_n) { return actuator_command(coils, motor_n); }),
            py::arg("coils") = 0, py::arg("motor_force_n") = 0.0)
-      .def_readwrite("coils", &Command::coils)
-      .def_readwrite("motor_force_n", &Command::motor_force_n)
+      .def_readwrite("coils", &Command::switches)
       .def(py::self == py::self);
   py::class_<Decision>(m, "Decision")
       .def_readonly("command", &Decision::command)
-      .def_readonly("estimate", &Decision::estimate)
-      .def_property_readonly("reference_m", [](const Decision& d) { return d.reference.position; })
-      .def_property_readonly("payload_kg", [](const Decision& d) { return d.detail.payload_kg; })
+      .def_property_readonly("estimate", [](const Decision& d) { return actuator_state(d.estimate); })
+      .def_property_readonly("reference_m", [](const Decision& d) { return d.reference.axis[0].value; })
+      .def_property_readonly("payload_kg", [](const Decision& d) { return d.detail.belief[payload_belief]; })
       .def_readonly("solved", &Decision::solved)
       .def_property_readonly("cost", [](const Decision& d) { return d.report.cost; })
       .def_property_readonly("solve_us", [](const Decision& d) { return d.report.time_us; });
   py::class_<Controller>(m, "Controller")
       .def(py::init([](const VariantConfig& variant, const ScenarioConfig& scenario) {
-             return make_controller(variant, scenario.trajectory, scenario.plane);
+             return make_controller(timed(variant, scenario.timing, scenario.name), scenario.trajectory,
+                                    scenario.plane);
            }),
            py::arg("variant"), py::arg("scenario"))
       .def("step", &Controller::step, py::arg("sensors"))
@@ -233,7 +243,7 @@ void bind_stepping(py::module_& m) {
           "read", [](SimulatedPlant& p, double time_s) { return p.read(time_s); }, py::arg("time_s"))
       .def(
           "write", [](SimulatedPlant& p, const Command& command) { p.write(command); }, py::arg("command"))
-      .def_property_readonly("air_used_kg", &SimulatedPlant::air_used_kg);
+      .def_property_readonly("air_used_kg", &SimulatedPlant::consumed);
 }
 
 }  // namespace

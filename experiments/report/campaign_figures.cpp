@@ -1,6 +1,5 @@
 #include "experiments/report/campaign_figures.hpp"
 
-#include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
 #include "core/systems/actuator/valves.hpp"
 #include "experiments/base/gnuplot.hpp"
@@ -54,7 +53,7 @@ std::string bins_text(const SolveHistogram& histogram) {
   return text;
 }
 
-Plot solve_time_plot(const std::vector<std::pair<std::string, SolveHistogram>>& variants) {
+Plot solve_time_plot(const std::vector<std::pair<std::string, SolveHistogram>>& variants, double period_s) {
   const int count = static_cast<int>(variants.size()), columns = std::min(3, count),
             lines = (count + columns - 1) / columns;
   int first = SolveHistogram::most, end = 40;
@@ -71,8 +70,9 @@ Plot solve_time_plot(const std::vector<std::pair<std::string, SolveHistogram>>& 
                 "set logscale xy\nset xrange [{0}:{1}]\nset yrange [0.7:{2}]\nset format x '%g'\n"
                 "set xlabel 'time of a solve [µs]'\nset ylabel 'solves'\nunset mxtics\nunset mytics\nunset key\n"
                 "set arrow 1 from {3},graph 0 to {3},graph 1 nohead lw 1.5 lc rgb '#d62728'\n"
-                "set label 1 '5 ms' at {3},graph 0.95 left offset 0.4,0 tc rgb '#d62728'\n",
-                std::pow(10.0, std::floor(first / 10.0)), std::pow(10.0, end / 10.0), 2 * most, 1e6 * period_s)};
+                "set label 1 '{4:g} ms' at {3},graph 0.95 left offset 0.4,0 tc rgb '#d62728'\n",
+                std::pow(10.0, std::floor(first / 10.0)), std::pow(10.0, end / 10.0), 2 * most, 1e6 * period_s,
+                1e3 * period_s)};
   for (const auto& [name, histogram] : variants)
     plot.panels.push_back(
         {fmt::format("set title {}\n", gnuplot_quoted(name)),
@@ -85,7 +85,7 @@ void draw_solve_time(const Results& results, const std::string& path, FigureForm
   const auto variants = solve_times(results);
   if (variants.empty())
     throw ConfigError(results.folder + ": no run with recorded solver times (allowed: runs with a trace or a log)");
-  draw(solve_time_plot(variants), path, format);
+  draw(solve_time_plot(variants, period_of(results.campaign)), path, format);
 }
 
 }  // namespace

@@ -52,10 +52,9 @@ Table scenario_table(const std::vector<const RunRecord*>& runs) {
                           Column("", "measured RMSE"), Column("", "switches"), Column("", "air g"),
                           Column("", "motor N"), Column("", "p99 us"), Column("", "status", "<")}};
   for (const RunRecord* r : runs) {
-    const auto number = [&](double Metrics::*member) { return r->metrics ? Json((*r->metrics).*member) : Json(); };
-    table.add({"  " + r->variant, r->seed, number(&Metrics::rmse_mm), number(&Metrics::mae_mm),
-               number(&Metrics::rmse_measured_mm), r->metrics ? Json(r->metrics->coil_switches) : Json(),
-               number(&Metrics::air_g), number(&Metrics::motor_rms_n),
+    const auto number = [&](const char* metric) { return r->metrics ? Json(r->metrics->number(metric)) : Json(); };
+    table.add({"  " + r->variant, r->seed, number("rmse_mm"), number("mae_mm"), number("rmse_measured_mm"),
+               number("coil_switches"), number("air_g"), number("motor_rms_n"),
                r->metrics ? Json(r->metrics->solve_us.p99) : Json(), r->status});
   }
   for (const std::size_t column : {2, 3, 4, 5, 6, 8}) mark_least(table, column);

@@ -64,9 +64,9 @@ void summarise(std::span<const RunRecord> records, const Names& common, RankedVa
   for (const RunRecord& r : records) {
     if (r.variant != v.variant || !r.metrics || !common.contains(r.scenario)) continue;
     const Metrics& m = *r.metrics;
-    rmse.push_back(std::max(m.rmse_mm, 1e-12));
-    v.switches_per_s += m.switches_per_s;
-    v.air_g += m.air_g;
+    rmse.push_back(std::max(m["rmse_mm"], 1e-12));
+    v.switches_per_s += m["switches_per_s"];
+    v.air_g += m["air_g"];
     v.solve_p99_us = std::max(v.solve_p99_us, m.solve_us.p99);
     medians.push_back(m.solve_us.p50);
   }

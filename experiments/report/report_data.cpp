@@ -1,6 +1,5 @@
 #include "experiments/report/report_data.hpp"
 
-#include "controllers/timing.hpp"
 #include "experiments/base/build_info.hpp"
 #include "experiments/campaign/ensemble.hpp"
 #include "experiments/report/ranking.hpp"
@@ -106,7 +105,7 @@ Json report_json(const Results& results, const std::map<std::string, RunCurves>&
                {"status", results.manifest.value("status", "")},
                {"generator", "solenoid " + build.version},
                {"folder_name", std::filesystem::path(results.folder).lexically_normal().filename().string()},
-               {"deadline_us", 1e6 * period_s},
+               {"deadline_us", 1e6 * period_of(results.campaign)},
                {"live", live},
                {"manifest", results.manifest},
                {"resolved_toml", results.campaign.resolved_toml},

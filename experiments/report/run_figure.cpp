@@ -37,8 +37,8 @@ std::string thinned(const std::vector<TickRecord>& ticks, const Signal& signal) 
 std::string mode_steps(const std::vector<TickRecord>& ticks, const ModeSet& modes) {
   std::string text;
   for (std::size_t i = 0; i < ticks.size(); ++i)
-    if (i == 0 || i + 1 == ticks.size() || ticks[i].applied.coils != ticks[i - 1].applied.coils)
-      text += fmt::format("{:.3f} {}\n", ticks[i].sensors.time_s, modes.find(ticks[i].applied.coils));
+    if (i == 0 || i + 1 == ticks.size() || ticks[i].applied.switches != ticks[i - 1].applied.switches)
+      text += fmt::format("{:.3f} {}\n", ticks[i].sensors.time_s, modes.find(ticks[i].applied.switches));
   return text;
 }
 
@@ -64,21 +64,21 @@ struct Signals {
 
 Signals signals_of(const VariantConfig& variant, const ScenarioConfig& scenario) {
   const PneumaticActuator plant(scenario.mismatch.applied_to(variant.nominal));
-  const auto desired = [](const TickRecord& t) { return 1e3 * t.decision.reference.position; };
+  const auto desired = [](const TickRecord& t) { return 1e3 * t.decision.reference.axis[0].value; };
   const auto actual = [](const TickRecord& t) { return 1e3 * t.sensors.truth[position]; };
   return {desired, actual, [=](const TickRecord& t) { return desired(t) - actual(t); },
           [plant](const TickRecord& t) {
             return plant.cylinder_force(t.sensors.truth[pressure_a], t.sensors.truth[pressure_b]);
           },
-          [](const TickRecord& t) { return t.applied.motor_force_n; }};
+          [](const TickRecord& t) { return t.applied.continuous[0]; }};
 }
 
 std::string title_text(const VariantConfig& variant, const ScenarioConfig& scenario, std::uint64_t seed,
                        const Metrics& metrics) {
   std::string title = fmt::format("{}   |   {}", variant.name, scenario.name);
   if (scenario.noise) title += fmt::format(", seed {}", seed);
-  title += fmt::format("   |   RMSE {:.3f} mm, largest error {:.2f} mm", metrics.rmse_mm, metrics.mae_mm);
-  if (!scenario.ideal_sensing) title += fmt::format("   (measured position: {:.3f} mm)", metrics.rmse_measured_mm);
+  title += fmt::format("   |   RMSE {:.3f} mm, largest error {:.2f} mm", metrics["rmse_mm"], metrics["mae_mm"]);
+  if (!scenario.ideal_sensing) title += fmt::format("   (measured position: {:.3f} mm)", metrics["rmse_measured_mm"]);
   return title;
 }
 

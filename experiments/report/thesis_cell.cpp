@@ -26,18 +26,19 @@ bool same_motion(const Trajectory& a, const Trajectory& b) {
   constexpr double step_s = 0.05, near_m = 1e-6;
   if (std::abs(a.duration_s() - b.duration_s()) > 1e-9) return false;
   for (double t = 0.0; t <= a.duration_s(); t += step_s)
-    if (std::abs(a.at(t).position - b.at(t).position) > near_m) return false;
+    if (std::abs(a.at(t).value - b.at(t).value) > near_m) return false;
   return true;
 }
 
 /// "cycloidal", "sine", or empty for a motion that is not the thesis's.
 std::string motion_of(const ScenarioConfig& s) {
   constexpr double near_m = 3e-3;  // starts of 19.7 mm, and of 22.1 mm where another inertia is inferred
-  const double start_m = s.trajectory.start_m();
+  const Trajectory& motion = s.trajectory.axes().front();
+  const double start_m = motion.start();
   if (std::abs(start_m - ActuatorParameters{}.equilibrium_position_m()) > near_m) return {};
-  if (s.duration_s != s.trajectory.duration_s() || s.kick) return {};
-  if (same_motion(s.trajectory, thesis_cycloidal(start_m))) return "cycloidal";
-  return same_motion(s.trajectory, thesis_sine(start_m)) ? "sine" : "";
+  if (s.duration_s != motion.duration_s() || s.kick) return {};
+  if (same_motion(motion, thesis_cycloidal(start_m))) return "cycloidal";
+  return same_motion(motion, thesis_sine(start_m)) ? "sine" : "";
 }
 
 std::optional<ThesisCell> simulated_cell(const std::string& motion, const std::string& motor, double payload_kg) {

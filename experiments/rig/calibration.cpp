@@ -1,6 +1,5 @@
 #include "experiments/rig/calibration.hpp"
 
-#include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
 
 #include <algorithm>
@@ -50,32 +49,32 @@ Calibration read_calibration(TableReader& table) {
   return c;
 }
 
-RigPlant::RigPlant(std::unique_ptr<RigIo> io, const Calibration& calibration)
-    : io_(std::move(io)), calibration_(calibration) {
+RigPlant::RigPlant(std::unique_ptr<RigIo> io, const Calibration& calibration, double tick_s)
+    : io_(std::move(io)), calibration_(calibration), tick_s_(tick_s) {
   io_->open();
 }
 
 RigPlant::~RigPlant() { io_->safe(); }
 
-Sensors RigPlant::read(double time_s) noexcept {
+Measurement RigPlant::read(double time_s) noexcept {
   const RigInputs in = io_->read();
-  const double elapsed = last_time_s_ < 0 ? 1.0 : std::round((time_s - last_time_s_) / tick_s);
+  const double elapsed = last_time_s_ < 0 ? 1.0 : std::round((time_s - last_time_s_) / tick_s_);
   stale_ticks_ = in.fresh ? 0 : stale_ticks_ + std::max(1, static_cast<int>(std::min(elapsed, 1e6)));
   last_time_s_ = time_s;
-  Sensors s;
+  Measurement s;
   s.time_s = time_s;
-  s.position_m = calibration_.position.value(in.position_v);
-  s.pressure_a_pa = calibration_.pressure_a.value(in.pressure_a_v);
-  s.pressure_b_pa = calibration_.pressure_b.value(in.pressure_b_v);
-  s.truth = {s.position_m, 0.0, s.pressure_a_pa, s.pressure_b_pa};
+  const double y = calibration_.position.value(in.position_v);
+  const double pa = calibration_.pressure_a.value(in.pressure_a_v), pb = calibration_.pressure_b.value(in.pressure_b_v);
+  s.value = {y, pa, pb};
+  s.truth = {y, 0.0, pa, pb};
   s.stale_ticks = stale_ticks_;
   s.node_was_safe = in.node_was_safe;
   return s;
 }
 
 void RigPlant::write(const Command& command) noexcept {
-  const double volts = calibration_.motor.volts(command.motor_force_n);
-  io_->write({std::clamp(volts, -calibration_.motor_limit_v, calibration_.motor_limit_v), command.coils});
+  const double volts = calibration_.motor.volts(motor_force_n(command));
+  io_->write({std::clamp(volts, -calibration_.motor_limit_v, calibration_.motor_limit_v), command.switches});
 }
 
 CrashGuard::CrashGuard(RigIo& io) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/rt/io.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/rig/rig_io.hpp"
 
 #include <memory>
@@ -33,17 +33,17 @@ Calibration read_calibration(TableReader& table);
 class RigPlant final : public Plant {
  public:
   /// Opens the io.
-  RigPlant(std::unique_ptr<RigIo> io, const Calibration& calibration);
+  RigPlant(std::unique_ptr<RigIo> io, const Calibration& calibration, double tick_s);
   ~RigPlant() override;
 
-  Sensors read(double time_s) noexcept override;
+  Measurement read(double time_s) noexcept override;
   void write(const Command& command) noexcept override;
   RigIo& io() { return *io_; }
 
  private:
   std::unique_ptr<RigIo> io_;
   Calibration calibration_;
-  double last_time_s_ = -1.0;
+  double tick_s_, last_time_s_ = -1.0;
   int stale_ticks_ = 0;
 };
 

@@ -69,7 +69,7 @@ void EmulatedNode::command(const NodePacket& packet, double now_s) {
   safe_ = false;
   commanded_ = true;
   last_command_s_ = now_s;
-  plant_->write({coils, calibration_.motor.value(volts)});
+  plant_->write(actuator_command(coils, calibration_.motor.value(volts)));
 }
 
 void EmulatedNode::make_safe(double now_s, const char* why) {
@@ -103,9 +103,9 @@ NodePacket EmulatedNode::sample(const NodePacket& asked, double now_s) {
   answer.sequence = ++answers_;
   answer.time_us = static_cast<std::uint64_t>(1e6 * session_time_s(now_s_));
   answer.words = {static_cast<std::int32_t>(asked.sequence),
-                  to_microvolts(calibration_.position.volts(sensors_.position_m)),
-                  to_microvolts(calibration_.pressure_a.volts(sensors_.pressure_a_pa)),
-                  to_microvolts(calibration_.pressure_b.volts(sensors_.pressure_b_pa)),
+                  to_microvolts(calibration_.position.volts(sensors_.value[position_channel])),
+                  to_microvolts(calibration_.pressure_a.volts(sensors_.value[pressure_a_channel])),
+                  to_microvolts(calibration_.pressure_b.volts(sensors_.value[pressure_b_channel])),
                   session_timeouts_,
                   session_refused_};
   return answer;

@@ -55,7 +55,7 @@ class EmulatedNode {
   SwitchPattern known_coils_;
   std::unique_ptr<FaultyPlant> plant_;
   NodeLog log_;
-  Sensors sensors_;
+  Measurement sensors_;
   std::uint32_t session_ = 0, newest_ = 0, newest_command_ = 0, answers_ = 0;
   double opened_s_ = 0.0, last_command_s_ = 0.0, now_s_ = 0.0;
   std::int32_t session_timeouts_ = 0, session_refused_ = 0;

@@ -158,7 +158,8 @@ std::string node_report(const EmulatedNode& node) {
                                  {"refused", log.refused},
                                  {"longest_silence_ms", 1e3 * log.longest_silence_s},
                                  {"safe_after_ms", 1e3 * log.safe_after_s}};
-  if (node.open()) json["final_outputs"] = {{"coils", node.outputs().coils}, {"motor_n", node.outputs().motor_force_n}};
+  if (node.open())
+    json["final_outputs"] = {{"coils", node.outputs().switches}, {"motor_n", node.outputs().continuous[0]}};
   json["events"] = nlohmann::ordered_json::array();
   for (const NodeLog::Event& e : log.events) json["events"].push_back({{"time_s", e.time_s}, {"what", e.what}});
   return json.dump(1) + "\n";

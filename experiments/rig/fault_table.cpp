@@ -1,6 +1,6 @@
 #include "experiments/rig/fault_table.hpp"
 
-#include "controllers/timing.hpp"
+#include "controllers/factory.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "core/rt/deferred_solver.hpp"
@@ -9,7 +9,6 @@
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/rig/background.hpp"
 #include "experiments/rig/faulty_plant.hpp"
-#include "experiments/rig/make_ladder.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -27,8 +26,8 @@ template <HybridModel M>
 class LateSolver final : public DeferredSolver<M> {
  public:
   using Finished = typename DeferredSolver<M>::Finished;
-  LateSolver(std::unique_ptr<Solver<M>> solver, const std::vector<InjectedFault>& faults)
-      : solver_(std::move(solver)), faults_(faults) {}
+  LateSolver(std::unique_ptr<Solver<M>> solver, const std::vector<InjectedFault>& faults, double tick_s)
+      : solver_(std::move(solver)), faults_(faults), tick_s_(tick_s) {}
 
   void prepare(const Problem<M>& problem) override {
     for (const InjectedFault& f : faults_)
@@ -67,7 +66,7 @@ class LateSolver final : public DeferredSolver<M> {
     working_.report = solver_->solve(*waiting_, working_.plan, Deadline::never());
     done_at_ = tick_ + 1;
     busy_ = true;
-    const double now_s = static_cast<double>(tick_) * tick_s;
+    const double now_s = static_cast<double>(tick_) * tick_s_;
     for (const InjectedFault& f : faults_) {
       if (!f.active(now_s)) continue;
       if (f.kind == "late") done_at_ = tick_ + 1 + std::llround(f.value);
@@ -79,6 +78,7 @@ class LateSolver final : public DeferredSolver<M> {
 
   std::unique_ptr<Solver<M>> solver_;
   std::vector<InjectedFault> faults_;
+  double tick_s_;
   std::unique_ptr<Problem<M>> waiting_;
   Plan<M> waiting_start_;
   std::int64_t waiting_ticket_ = -1, tick_ = 0, done_at_ = 0;
@@ -96,7 +96,7 @@ struct Observer {
   void record(const TickRecord& t) noexcept {
     const Decision& d = t.decision;
     out.in_range =
-        out.in_range && modes.find(t.applied.coils) >= 0 && std::abs(t.applied.motor_force_n) <= motor_limit_n;
+        out.in_range && modes.find(t.applied.switches) >= 0 && std::abs(t.applied.continuous[0]) <= motor_limit_n;
     out.final_command = t.applied;
     out.last = d.rung;
     const double since_ms = 1e3 * (t.sensors.time_s - fault_s);
@@ -110,7 +110,7 @@ struct Observer {
     out.worst = std::max(out.worst, d.rung);
     if (d.rung == Rung::safe) out.causes |= d.safe_causes;
     out.largest_error_mm =
-        std::max(out.largest_error_mm, 1e3 * std::abs(d.reference.position - t.sensors.truth[position]));
+        std::max(out.largest_error_mm, 1e3 * std::abs(d.reference.axis[0].value - t.sensors.truth[position]));
   }
 };
 
@@ -124,17 +124,18 @@ FaultOutcome simulate_fault(const std::string& variant_name, const std::string& 
   out.moving = moving;
   const std::vector<InjectedFault> faults = parse_faults({fault});
   const Campaign campaign = read_campaign("rig", {{variant_name}, {"cycloidal"}});
-  const VariantConfig& variant = campaign.variants.front();
   const ScenarioConfig& scenario = campaign.scenarios.front();
+  const VariantConfig variant = timed(campaign.variants.front(), scenario.timing, scenario.name);
+  const double tick_s = variant.timing.tick_s;
   require_real_time(variant);
   FaultyPlant plant(make_plant(variant, scenario, 1), faults, variant.valves, 1);
   const SolverDecorator late =
-      decorator([own = faults_of_solver(faults)]<HybridModel M>(SolverPtr<M> solver) -> SolverPtr<M> {
-        return std::make_unique<LateSolver<M>>(std::move(solver), own);
+      decorator([own = faults_of_solver(faults), tick_s]<HybridModel M>(SolverPtr<M> solver) -> SolverPtr<M> {
+        return std::make_unique<LateSolver<M>>(std::move(solver), own, tick_s);
       });
   std::unique_ptr<FallbackLadder> ladder;
   try {
-    ladder = make_ladder(variant, scenario.trajectory, scenario.plane, {}, late);
+    ladder = make_ladder(variant, scenario.trajectory, scenario.plane, actuator_ladder(), late);
   } catch (const std::exception& error) {
     out.note = fmt::format("refused before the first command: {}", error.what());
     return out;
@@ -144,7 +145,7 @@ FaultOutcome simulate_fault(const std::string& variant_name, const std::string& 
   Observer observer{modes, faults.front().from_s, variant.nominal.motor_force_limit_n(), out};
   FakeClock clock;
   ControlLoop loop(plant, clock, *ladder, limits, observer);
-  loop.run(std::llround(until_s / tick_s), tick_s, [&] {
+  loop.run(variant.timing.ticks_in(until_s), tick_s, [&] {
     if (rearm_at_s >= 0 && std::abs(clock.now_s() - rearm_at_s) < 0.5 * tick_s) ladder->request_rearm();
     return false;
   });
@@ -180,8 +181,10 @@ std::vector<FaultOutcome> simulated_faults(const std::string& variant) {
 Result result_of(const std::vector<FaultOutcome>& simulated, const std::vector<ProcessOutcome>& processes) {
   using Column = Table::Column;
   using Data = Table::Data;
-  const auto outputs = [](const Command& c) { return Json{{"coils", c.coils}, {"motor_n", c.motor_force_n}}; };
-  const auto outputs_text = [](const Command& c) { return fmt::format("{:04b}, {:.1f} N", c.coils, c.motor_force_n); };
+  const auto outputs = [](const Command& c) { return Json{{"coils", c.switches}, {"motor_n", c.continuous[0]}}; };
+  const auto outputs_text = [](const Command& c) {
+    return fmt::format("{:04b}, {:.1f} N", c.switches, c.continuous[0]);
+  };
   const auto happened = [](double ms) { return ms < 0 ? Json() : Json(ms); };
   Table table{.name = "simulated",
               .columns = {Column("", "fault", "<"), Column("fault"), Column("", "when", "<"), Column("moving"),
@@ -194,8 +197,10 @@ Result result_of(const std::vector<FaultOutcome>& simulated, const std::vector<P
   for (const FaultOutcome& f : simulated)
     table.add({f.name, f.fault, f.moving ? "moving" : "at rest", f.moving, f.detected_ms, happened(f.detected_ms),
                f.acted_ms, happened(f.acted_ms), to_string(f.worst), to_string(f.last), outputs(f.final_command),
-               outputs_text(f.final_command), f.largest_error_mm, f.in_range, to_string(f.causes), f.note,
-               (f.causes.empty() ? std::string() : to_string(f.causes)) + (f.note.empty() ? "" : " " + f.note)});
+               outputs_text(f.final_command), f.largest_error_mm, f.in_range,
+               to_string(f.causes, actuator_description()), f.note,
+               (f.causes.empty() ? std::string() : to_string(f.causes, actuator_description())) +
+                   (f.note.empty() ? "" : " " + f.note)});
   Table second{
       .name = "processes",
       .columns = {Column("fault", "process", "<"), Column("exit_code", "run's exit"), Column("node_safe_after_ms"),

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/plants/simulated_plant.hpp"
 #include "experiments/rig/fault_script.hpp"
 
@@ -15,11 +16,11 @@ namespace solenoid {
 class FaultyPlant final : public SimulatedPlant {
  public:
   FaultyPlant(std::unique_ptr<SimulatedPlant> plant, std::vector<InjectedFault> faults, const std::string& valves,
-              std::uint64_t seed);
+              std::uint64_t seed, double tick_s = actuator_timing.tick_s);
 
-  Sensors read(double time_s) noexcept override;
+  Measurement read(double time_s) noexcept override;
   void write(const Command& command) noexcept override;
-  double air_used_kg() const override { return plant_->air_used_kg(); }
+  double consumed() const override { return plant_->consumed(); }
 
   /// What reached the valves and the motor.
   const Command& outputs() const { return outputs_; }
@@ -40,6 +41,7 @@ class FaultyPlant final : public SimulatedPlant {
   std::array<Channel, 3> channels_;
   std::mt19937_64 random_;
   Command outputs_;
+  double tick_s_;
   double time_s_ = 0.0;
   std::size_t tick_ = 0;
 };

@@ -15,13 +15,13 @@ OpenedPlant open_plant(const PlantChoice& choice, const VariantConfig& variant, 
   if (choice.kind == "emulator") io = std::make_unique<UdpIo>(parse_node_address(choice.address));
   if (choice.kind == "comedi") io = make_comedi_io(choice.rig.comedi);
   if (io) {
-    auto plant = std::make_unique<RigPlant>(std::move(io), choice.rig.calibration);
+    auto plant = std::make_unique<RigPlant>(std::move(io), choice.rig.calibration, variant.timing.tick_s);
     opened.rig = plant.get();
     opened.plant = std::move(plant);
     return opened;
   }
-  opened.plant =
-      std::make_unique<FaultyPlant>(make_plant(variant, scenario, seed), choice.faults, variant.valves, seed);
+  opened.plant = std::make_unique<FaultyPlant>(make_plant(variant, scenario, seed), choice.faults, variant.valves, seed,
+                                               variant.timing.tick_s);
   return opened;
 }
 

@@ -18,6 +18,6 @@ struct Preflight {
   std::string text() const;
 };
 /// Commands nothing but safe outputs.
-Preflight preflight(Plant& plant, const PlausibilitySettings& settings, double atmosphere_pa, double supply_pa);
+Preflight preflight(Plant& plant, const PlausibilitySettings& settings, double tick_s);
 
 }  // namespace solenoid

@@ -1,3 +1,4 @@
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/rig/fault_table.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
@@ -132,7 +133,7 @@ void look_at_log(const std::string& path, ProcessOutcome& out) {
     out.log_ticks = static_cast<std::int64_t>(run.ticks.size());
     out.log_closed = run.problem.empty();
     const Decision& last = run.ticks.back().decision;
-    if (last.rung == Rung::safe) out.causes = to_string(last.safe_causes);
+    if (last.rung == Rung::safe) out.causes = to_string(last.safe_causes, *run.system);
   } catch (const std::exception& error) {
     out.causes = error.what();
   }
@@ -146,7 +147,7 @@ void look_at_node(const std::string& path, ProcessOutcome& out) {
   if (report.at("timeouts") > 0) out.safe_after_ms = report.at("safe_after_ms");
   out.refused = report.at("refused");
   if (const auto outputs = report.find("final_outputs"); outputs != report.end())
-    out.final_outputs = {outputs->at("coils"), outputs->at("motor_n")};
+    out.final_outputs = actuator_command(outputs->at("coils"), outputs->at("motor_n"));
 }
 
 ProcessOutcome provoke(const Case& c, const std::string& program, const std::string& folder, const std::string& variant,

@@ -1,12 +1,12 @@
 #include "experiments/rig/replay_run.hpp"
 
-#include "controllers/timing.hpp"
+#include "controllers/factory.hpp"
 #include "core/config/document.hpp"
 #include "core/config/reader.hpp"
 #include "core/rt/deferred_solver.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/rig/make_ladder.hpp"
 #include "experiments/rig/rig_file.hpp"
 
 #include <algorithm>
@@ -23,10 +23,11 @@ namespace {
 
 /// What a log says of its plans: the tick that one arrives in, and which were made from an anticipated problem.
 struct LoggedPlans {
-  std::int64_t arriving = -1;            ///< ticket of the plan that arrives in the tick at hand; -1: none
+  std::int64_t arriving = -1;  ///< ticket of the plan that arrives in the tick at hand; -1: none
+  int ticks_per_period;
   std::set<std::int64_t> anticipated{};  ///< slots
 
-  explicit LoggedPlans(const RecordedRun& run) {
+  LoggedPlans(const RecordedRun& run, const Timing& timing) : ticks_per_period(timing.ticks_per_period) {
     for (const TickRecord& tick : run.ticks)
       if (tick.decision.solved && tick.decision.report.anticipated)
         anticipated.insert(tick.decision.ticket / ticks_per_period);
@@ -38,7 +39,8 @@ template <HybridModel M>
 class LoggedArrivals final : public DeferredSolver<M> {
  public:
   using Finished = typename DeferredSolver<M>::Finished;
-  LoggedArrivals(SolverPtr<M> solver, const LoggedPlans& log) : solver_(std::move(solver)), log_(log) {}
+  LoggedArrivals(SolverPtr<M> solver, const LoggedPlans& log)
+      : solver_(std::move(solver)), log_(log), posted_(-log.ticks_per_period) {}
 
   void prepare(const Problem<M>& problem) override { solver_->prepare(problem); }
   void post(std::int64_t ticket, const Problem<M>& problem, const Plan<M>& warm_start, double) noexcept override {
@@ -57,16 +59,16 @@ class LoggedArrivals final : public DeferredSolver<M> {
   }
   bool anticipates() const override { return solver_->anticipates(); }
   void anticipate(const Problem<M>& expected, const Plan<M>& warm_start) noexcept override {
-    if (log_.anticipated.contains(posted_ / ticks_per_period + 1)) solver_->anticipate(expected, warm_start);
+    if (log_.anticipated.contains(posted_ / log_.ticks_per_period + 1)) solver_->anticipate(expected, warm_start);
   }
 
  private:
-  static std::size_t slot_of(std::int64_t ticket) { return static_cast<std::size_t>(ticket / ticks_per_period); }
+  std::size_t slot_of(std::int64_t ticket) const { return static_cast<std::size_t>(ticket / log_.ticks_per_period); }
 
   SolverPtr<M> solver_;
   const LoggedPlans& log_;
-  std::int64_t posted_ = -ticks_per_period;
-  std::array<Finished, 256> kept_{};  // a plan later than 1.28 s came from no controller of ours
+  std::int64_t posted_;
+  std::array<Finished, 256> kept_{};  // a plan later than 256 periods came from no controller of ours
 };
 
 /// What a person or the end of the run did to the ladder in this tick.
@@ -78,8 +80,8 @@ void repeat_requests(const TickRecord& tick, const TickRecord* next, FallbackLad
 
 void compare(const TickRecord& logged, const Command& then, const Decision& decided, double& squares,
              ReplayResult& result) {
-  const bool coils = then.coils != decided.command.coils;
-  const double motor = then.motor_force_n - decided.command.motor_force_n;
+  const bool coils = then.switches != decided.command.switches;
+  const double motor = then.continuous[0] - decided.command.continuous[0];
   result.coil_differences += coils;
   result.motor_differences += motor != 0.0;
   squares += motor * motor;
@@ -90,7 +92,7 @@ void compare(const TickRecord& logged, const Command& then, const Decision& deci
 ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, const std::vector<SwitchPattern>& own,
                      LoggedPlans* plans) {
   const auto translated = [&](Command command) {
-    if (command.coils < own.size()) command.coils = own[command.coils];
+    if (command.switches < own.size()) command.switches = own[command.switches];
     return command;
   };
   using Clock = std::chrono::steady_clock;
@@ -98,11 +100,11 @@ ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, const std::
   std::vector<double> solve_us, step_us;
   double squares = 0.0;
   if (const auto from = run.about.find("restart_m"); from != run.about.end())
-    ladder.restart(0.0, std::stod(from->second));
+    ladder.restart(0.0, {std::stod(from->second)});
   for (const TickRecord& logged : run.ticks) {
-    if (logged.applied.coils >= own.size())
+    if (logged.applied.switches >= own.size())
       throw ConfigError(fmt::format("the log's tick at {:.3f} s applied coils {:#b} (allowed: less than {:#b})",
-                                    logged.sensors.time_s, logged.applied.coils, own.size()));
+                                    logged.sensors.time_s, logged.applied.switches, own.size()));
     if (plans) plans->arriving = logged.decision.solved ? logged.decision.ticket : -1;
     repeat_requests(logged, &logged != &run.ticks.back() ? &logged + 1 : nullptr, ladder);
     const auto begin = Clock::now();
@@ -158,15 +160,16 @@ Campaign recorded_campaign(const RecordedRun& run, std::vector<std::string> vari
 
 RecordedTask recorded_task(const RecordedRun& run) {
   const Campaign campaign = recorded_campaign(run);
-  RecordedTask task{campaign.variants.front(), campaign.scenarios.front(),
+  const ScenarioConfig& scenario = campaign.scenarios.front();
+  RecordedTask task{timed(campaign.variants.front(), scenario.timing, scenario.name), scenario,
                     read_rig(TableReader::from_text(said(run, "rig"), "the log's rig file")).ladder};
   task.ladder.lowering_s = std::stod(said(run, "lowering_s"));
-  task.variant.latency_ticks = said(run, "policy") == "next_slot" ? ticks_per_period : 0;
+  task.variant.latency_ticks = said(run, "policy") == "next_slot" ? task.variant.timing.ticks_per_period : 0;
   return task;
 }
 
 ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task) {
-  LoggedPlans plans(run);
+  LoggedPlans plans(run, task.variant.timing);
   const SolverDecorator as_logged = decorator([&]<HybridModel M>(SolverPtr<M> solver) -> SolverPtr<M> {
     return std::make_unique<LoggedArrivals<M>>(std::move(solver), plans);
   });
@@ -176,7 +179,8 @@ ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task) {
 
 ReplayResult replay_other(const RecordedRun& run, const RecordedTask& task, const VariantConfig& variant,
                           const SolverDecorator& decorate) {
-  const auto ladder = make_ladder(variant, task.scenario.trajectory, task.scenario.plane, task.ladder, decorate);
+  const VariantConfig timed_alike = timed(variant, task.scenario.timing, task.scenario.name);
+  const auto ladder = make_ladder(timed_alike, task.scenario.trajectory, task.scenario.plane, task.ladder, decorate);
   return through(run, *ladder, own_coils(task.variant, variant), nullptr);
 }
 

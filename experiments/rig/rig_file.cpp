@@ -54,18 +54,20 @@ ComediSettings read_comedi(TableReader& table) {
 
 void read_limits(TableReader& t, RigFile& rig) {
   LadderSettings& l = rig.ladder;
-  l.position_low_m = t.number_or("position_low_m", l.position_low_m, Range::between(-0.01, 0.2));
-  l.position_high_m = t.number_or("position_high_m", l.position_high_m, Range::between(-0.01, 0.2));
-  if (l.position_low_m >= l.position_high_m)
+  ChannelLimits& position = l.limits[position_channel];
+  position.low = t.number_or("position_low_m", position.low, Range::between(-0.01, 0.2));
+  position.high = t.number_or("position_high_m", position.high, Range::between(-0.01, 0.2));
+  if (position.low >= position.high)
     t.fail("position_high_m", "not above position_low_m (allowed: a range of positive length)");
-  l.pressure_limit_pa = t.number_or("pressure_limit_pa", l.pressure_limit_pa, Range::between(1e5, 1e6));
+  const double most_pa = t.number_or("pressure_limit_pa", l.limits[pressure_a_channel].high, Range::between(1e5, 1e6));
+  for (const std::size_t channel : pressure_channels) l.limits[channel].high = most_pa;
   l.lowering_s = t.number_or("lowering_s", l.lowering_s, Range::between(0.0, 5.0));
   l.shifted_slots = t.integer_or("shifted_slots", l.shifted_slots, 0, 20);
   l.dmpc_slots = t.integer_or("dmpc_slots", l.dmpc_slots, 0, 100000);
   l.motor_slots = t.integer_or("motor_slots", l.motor_slots, 0, 2000);
   l.longest_gap_ticks = t.integer_or("longest_gap_ms", l.longest_gap_ticks, 1, 1000);
-  rig.rates.motor_n_per_tick = t.number_or("motor_n_per_tick", rig.rates.motor_n_per_tick, Range::positive());
-  rig.rates.coil_period_ticks = t.integer_or("coil_period_ticks", rig.rates.coil_period_ticks, 0, 1000);
+  rig.rates.continuous_per_tick = t.number_or("motor_n_per_tick", rig.rates.continuous_per_tick, Range::positive());
+  rig.rates.switch_period_ticks = t.integer_or("coil_period_ticks", rig.rates.switch_period_ticks, 0, 1000);
   t.finish();
 }
 

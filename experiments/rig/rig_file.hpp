@@ -1,6 +1,6 @@
 #pragma once
 
-#include "controllers/ladder/fallback_ladder.hpp"
+#include "controllers/systems/actuator/actuator_guard.hpp"
 #include "core/safety/limits.hpp"
 #include "experiments/rig/calibration.hpp"
 
@@ -24,7 +24,7 @@ struct ComediSettings {
 struct RigFile {
   Calibration calibration;
   ComediSettings comedi;
-  LadderSettings ladder;
+  LadderSettings ladder = actuator_ladder();
   CommandRates rates;
   std::string text;  ///< what was read; empty: the defaults
 };

@@ -1,11 +1,11 @@
 #include "experiments/rig/session.hpp"
 
-#include "controllers/timing.hpp"
 #include "core/rt/allocation_guard.hpp"
 #include "core/rt/clock.hpp"
+#include "core/systems/actuator/metrics.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/rig/background.hpp"
 #include "experiments/rig/log/run_log.hpp"
-#include "experiments/rig/make_ladder.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -32,11 +32,11 @@ constexpr double abandon_s = 2.0;
 /// Collects what the summary needs, in the log's thread; sized once.
 class Statistics {
  public:
-  explicit Statistics(double duration_s) {
-    const auto ticks = static_cast<std::size_t>(duration_s / tick_s) + 1000;
+  Statistics(double duration_s, const Timing& timing) {
+    const auto ticks = static_cast<std::size_t>(duration_s / timing.tick_s) + 1000;
     for (auto* v : {&late_, &read_, &control_, &write_, &tick_}) v->reserve(ticks);
-    solve_.reserve(ticks / ticks_per_period);
-    kept_.reserve(std::min(ticks, static_cast<std::size_t>(most_kept_s / tick_s)));
+    solve_.reserve(ticks / static_cast<std::size_t>(timing.ticks_per_period));
+    kept_.reserve(std::min(ticks, static_cast<std::size_t>(most_kept_s / timing.tick_s)));
   }
   void add(const TickRecord& t) {
     if (t.decision.safe_causes.has(Fault::stopped)) return;  // the end is no part of the task
@@ -79,7 +79,8 @@ struct Shared {
 /// Ends the loop: at the end of the task, or of a SAFE nobody re-armed, through some ticks of safe commands.
 class Ending {
  public:
-  Ending(FallbackLadder& ladder, const SessionSettings& settings) : ladder_(ladder), settings_(settings) {}
+  Ending(FallbackLadder& ladder, const SessionSettings& settings, double tick_s)
+      : ladder_(ladder), settings_(settings), tick_s_(tick_s) {}
   bool operator()(const TickRecord& tick) noexcept {
     const double t = tick.sensors.time_s;
     if (t >= settings_.duration_s) ladder_.request_stop();
@@ -90,13 +91,13 @@ class Ending {
     if (safe_since_s_ < 0) return false;
     const bool stopped = tick.decision.safe_causes.has(Fault::stopped) || tick.decision.safe_causes.has(Fault::aborted);
     const double patience = stopped ? 0.0 : settings_.rearm_wait_s;
-    return t - safe_since_s_ >= std::max(patience, settings_.ladder.lowering_s) + safe_ticks * tick_s;
+    return t - safe_since_s_ >= std::max(patience, settings_.ladder.lowering_s) + safe_ticks * tick_s_;
   }
 
  private:
   FallbackLadder& ladder_;
   const SessionSettings& settings_;
-  double safe_since_s_ = -1.0;
+  double tick_s_, safe_since_s_ = -1.0;
 };
 
 /// The recorder of the loop: the log, and the last tick for whoever ends it.
@@ -112,14 +113,14 @@ struct Tap {
 };
 
 void tick_thread(Plant& plant, FallbackLadder& ladder, CommandLimits& limits, RunLog& log,
-                 const SessionSettings& settings, Shared& shared) {
+                 const SessionSettings& settings, double tick_s, Shared& shared) {
   prepare_thread("tick");
   if (settings.tick_core >= 0) shared.setup.push_back(pin_to_core("tick", settings.tick_core));
   if (settings.tick_priority > 0) shared.setup.push_back(set_fifo_priority("tick", settings.tick_priority));
   MonotonicClock clock;
   Tap tap{log, shared.beats, {}};
   ControlLoop loop(plant, clock, ladder, limits, tap);
-  Ending ending(ladder, settings);
+  Ending ending(ladder, settings, tick_s);
   const auto most = static_cast<std::int64_t>((settings.duration_s + settings.rearm_wait_s + 3600.0) / tick_s);
   const std::int64_t before = AllocationGuard::thread_allocations();
   loop.run(most, tick_s, [&] { return ending(tap.last); });
@@ -133,7 +134,7 @@ void tick_thread(Plant& plant, FallbackLadder& ladder, CommandLimits& limits, Ru
 
 /// Looks after a tick that does not come back from a read or a write: makes the plant safe past it, and gives up after
 /// abandon_s. If the tick comes back, its ladder finds the gap and stays safe.
-void guard_thread(const SessionSettings& settings, Shared& shared) {
+void guard_thread(const SessionSettings& settings, double tick_s, Shared& shared) {
   prepare_thread("guard");
   if (settings.tick_priority > 0) set_fifo_priority("guard", settings.tick_priority + 5);
   MonotonicClock clock;
@@ -191,7 +192,8 @@ std::function<ssize_t(int, const char*, std::size_t)> disk_with(const std::vecto
 }
 
 RunLogSettings log_settings(const SessionSettings& settings) {
-  return {.folder = settings.log_folder,
+  return {.system = &actuator_description(),
+          .folder = settings.log_folder,
           .name = settings.log_name,
           .start_ns = wall_ns(),
           .udp_ports = settings.udp_ports,
@@ -202,8 +204,8 @@ RunLogSettings log_settings(const SessionSettings& settings) {
 /// Has the ladder begin where the slide stands; the log says where, for a replay.
 void begin_off_the_start(Plant& plant, FallbackLadder& ladder, RunLogSettings& log) {
   plant.write({});
-  const double from_m = plant.read(0.0).position_m;
-  ladder.restart(0.0, from_m);
+  const double from_m = plant.read(0.0).value[position_channel];
+  ladder.restart(0.0, {from_m});
   log.about["restart_m"] = fmt::format("{}", from_m);
 }
 
@@ -231,7 +233,7 @@ std::map<std::string, std::string> log_summary(const SessionResult& result) {
   return {{"ticks", std::to_string(result.loop.ticks)},
           {"skipped", std::to_string(result.loop.skipped)},
           {"late", std::to_string(result.loop.late)},
-          {"ended_in", to_string(result.causes)}};
+          {"ended_in", to_string(result.causes, actuator_description())}};
 }
 
 }  // namespace
@@ -246,25 +248,27 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
                           const SessionSettings& settings, const SessionWatch& watch) {
   require_real_time(chosen);
   SessionResult result;
-  VariantConfig variant = chosen;
-  variant.latency_ticks = settings.policy == PlanPolicy::next_slot ? ticks_per_period : 0;
+  VariantConfig variant = timed(chosen, scenario.timing, scenario.name);
+  const Timing& timing = variant.timing;
+  variant.latency_ticks = settings.policy == PlanPolicy::next_slot ? timing.ticks_per_period : 0;
   result.setup.push_back(lock_memory());
   SolverThreadSettings solver;
-  solver.period_s = period_s;
+  solver.period_s = timing.period_s();
+  solver.lead_s = timing.tick_s;
   solver.priority = settings.solver_priority;
   solver.core = settings.solver_core;
   const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, settings.ladder,
                                   in_background(solver, settings.faults));
   CommandLimits limits = make_limits(variant);
   limits.set_rates(settings.rates);
-  Statistics statistics(settings.duration_s);
+  Statistics statistics(settings.duration_s, timing);
   RunLogSettings to = log_settings(settings);
   if (!settings.at_start_position) begin_off_the_start(plant, *ladder, to);
   RunLog log(to, [&](const TickRecord& tick) { statistics.add(tick); });
 
   Shared shared;
-  std::thread thread([&] { tick_thread(plant, *ladder, limits, log, settings, shared); });
-  std::thread guard([&] { guard_thread(settings, shared); });
+  std::thread thread([&] { tick_thread(plant, *ladder, limits, log, settings, timing.tick_s, shared); });
+  std::thread guard([&] { guard_thread(settings, timing.tick_s, shared); });
   wait_for(shared, *ladder, log, watch, result);
   guard.join();
   if (shared.abandoned.load()) leave(settings, log);
@@ -276,8 +280,8 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
   result.log_problem = log.close(log_summary(result));
   result.timing = statistics.timing();
   const auto* simulated = dynamic_cast<const SimulatedPlant*>(&plant);
-  result.metrics = evaluate_run(statistics.kept(), scenario.trajectory, tick_s,
-                                {.total_kg = simulated ? simulated->air_used_kg() : 0.0}, 1e6 * period_s);
+  result.metrics = evaluate_actuator_run(statistics.kept(), scenario.trajectory, timing.tick_s,
+                                         {.total = simulated ? simulated->consumed() : 0.0}, 1e6 * timing.period_s());
   return result;
 }
 

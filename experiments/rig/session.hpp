@@ -1,6 +1,6 @@
 #pragma once
 
-#include "controllers/ladder/fallback_ladder.hpp"
+#include "controllers/systems/actuator/actuator_guard.hpp"
 #include "core/metrics/metrics.hpp"
 #include "core/rt/control_loop.hpp"
 #include "core/rt/process_setup.hpp"
@@ -26,7 +26,7 @@ struct SessionSettings {
   PlanPolicy policy = PlanPolicy::at_once;
   int tick_priority = 80, solver_priority = 70;  ///< SCHED_FIFO; 0: as they are
   int tick_core = -1, solver_core = -1;          ///< -1: wherever
-  LadderSettings ladder;
+  LadderSettings ladder = actuator_ladder();
   CommandRates rates;
   std::vector<InjectedFault> faults;  ///< of the solver and the disk; the plant has its own
   bool at_start_position = true;      ///< the plant stands where the task begins

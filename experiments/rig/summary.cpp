@@ -1,5 +1,6 @@
 #include "experiments/rig/summary.hpp"
 
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/base/table.hpp"
 
 #include <algorithm>
@@ -43,12 +44,13 @@ std::string ladder_line(const LadderCounts& counts) {
 }  // namespace
 
 std::string status_line(const TickRecord& t) {
-  const double y = 1e3 * t.sensors.position_m, r = 1e3 * t.decision.reference.position;
+  const double y = 1e3 * t.sensors.value[position_channel], r = 1e3 * t.decision.reference.axis[0].value;
   std::string line = fmt::format(
       "{:7.2f} s  y {:7.2f} mm  error {:+6.2f}  A {:3.0f} B {:3.0f} kPa  coils {:04b}  motor {:+5.1f} N  {}",
-      t.sensors.time_s, y, r - y, 1e-3 * t.sensors.pressure_a_pa, 1e-3 * t.sensors.pressure_b_pa, t.applied.coils,
-      t.applied.motor_force_n, to_string(t.decision.rung));
-  if (t.decision.rung == Rung::safe) line += " (" + to_string(t.decision.safe_causes) + ")";
+      t.sensors.time_s, y, r - y, 1e-3 * t.sensors.value[pressure_a_channel],
+      1e-3 * t.sensors.value[pressure_b_channel], t.applied.switches, t.applied.continuous[0],
+      to_string(t.decision.rung));
+  if (t.decision.rung == Rung::safe) line += " (" + to_string(t.decision.safe_causes, actuator_description()) + ")";
   return line;
 }
 
@@ -60,14 +62,16 @@ std::string setup_text(std::span<const SetupStep> setup) {
 }
 
 std::string session_text(const RunRecord& record, const SessionResult& r) {
-  std::string text =
-      fmt::format("{} on {}, seed {}: {} at {:.3f} s\n", record.variant, record.scenario, record.seed,
-                  r.clean() ? "ended in SAFE as told" : "ended in SAFE (" + to_string(r.causes) + ")", r.ended_s);
+  std::string text = fmt::format(
+      "{} on {}, seed {}: {} at {:.3f} s\n", record.variant, record.scenario, record.seed,
+      r.clean() ? "ended in SAFE as told" : "ended in SAFE (" + to_string(r.causes, actuator_description()) + ")",
+      r.ended_s);
   const Metrics& m = r.metrics;
   text += fmt::format(
       "error       RMSE {:.3f} mm, MAE {:.3f} mm; measured {:.3f} and {:.3f} mm\n"
       "effort      {} coil switches, {:.3f} g of air, motor {:.2f} N RMS\n",
-      m.rmse_mm, m.mae_mm, m.rmse_measured_mm, m.mae_measured_mm, m.coil_switches, m.air_g, m.motor_rms_n);
+      m["rmse_mm"], m["mae_mm"], m["rmse_measured_mm"], m["mae_measured_mm"], m["coil_switches"], m["air_g"],
+      m["motor_rms_n"]);
   text += fmt::format("ticks       {} done, {} skipped, {} ended late; {} allocations\n", r.loop.ticks, r.loop.skipped,
                       r.loop.late, r.allocations_in_tick);
   text += fmt::format("slots       {}\n", ladder_line(r.ladder));
@@ -79,18 +83,18 @@ std::string session_text(const RunRecord& record, const SessionResult& r) {
 std::string repeats_text(std::span<const RunRecord> records) {
   struct Column {
     const char* name;
-    double Metrics::*value;
+    const char* metric;
   };
   std::string text = fmt::format("\n{} runs, mean and standard deviation:\n", records.size());
-  for (const Column& c : {Column{"RMSE mm", &Metrics::rmse_mm}, Column{"MAE mm", &Metrics::mae_mm},
-                          Column{"measured RMSE mm", &Metrics::rmse_measured_mm},
-                          Column{"SSE mm", &Metrics::sse_mean_abs_mm}, Column{"SSA mm", &Metrics::ssa_mm},
-                          Column{"switches/s", &Metrics::switches_per_s}, Column{"air g", &Metrics::air_g}}) {
+  for (const Column& c :
+       {Column{"RMSE mm", "rmse_mm"}, Column{"MAE mm", "mae_mm"}, Column{"measured RMSE mm", "rmse_measured_mm"},
+        Column{"SSE mm", "sse_mean_abs_mm"}, Column{"SSA mm", "ssa_mm"}, Column{"switches/s", "switches_per_s"},
+        Column{"air g", "air_g"}}) {
     double sum = 0.0, squares = 0.0;
     int n = 0;
     for (const RunRecord& r : records) {
       if (!r.metrics) continue;
-      const double value = (*r.metrics).*c.value;
+      const double value = (*r.metrics)[c.metric];
       sum += value;
       squares += value * value;
       ++n;
@@ -116,7 +120,7 @@ Json session_json(const RunRecord& record, const SessionResult& r) {
     json["ladder"][std::string(to_string(static_cast<Rung>(i)))] = r.ladder.slots[static_cast<std::size_t>(i)];
   json["ladder"]["safe_entries"] = r.ladder.safe_entries;
   json["ladder"]["rearms"] = r.ladder.rearms;
-  json["safe_causes"] = to_string(r.causes);
+  json["safe_causes"] = to_string(r.causes, actuator_description());
   json["log"] = {{"path", r.log_path}, {"problem", r.log_problem}};
   for (const SetupStep& step : r.setup)
     json["setup"].push_back({{"what", step.what}, {"granted", step.granted}, {"detail", step.detail}});

@@ -35,16 +35,16 @@ std::vector<RecordedInstance<M>> record_closed_loop(Problem<M> problem, const Tr
   std::vector<RecordedInstance<M>> all;
   Plan<M> plan(problem);
   solver.prepare(problem);
-  problem.initial = {motion.start_m(), 0.0, 101325.0, 101325.0};
+  problem.initial = {motion.start(), 0.0, 101325.0, 101325.0};
   problem.lines = DelayLines(0);
   for (int k = 0; 0.001 * k < motion.duration_s(); ++k) {
-    const ReferenceSample now = motion.at(0.001 * k);
+    const MotionSample now = motion.at(0.001 * k);
     if (k % 500 == 250) problem.initial[velocity] += (k % 1000 == 250 ? kick : -kick);
     if (k % 5 == 0) {
       for (std::size_t j = 0; j < problem.reference.size(); ++j) {
         const auto at = [&](std::size_t ahead) {
-          const ReferenceSample r = motion.at(0.001 * (k + static_cast<double>(ahead)));
-          return OutputOf<M>{r.position, r.velocity};
+          const MotionSample r = motion.at(0.001 * (k + static_cast<double>(ahead)));
+          return OutputOf<M>{r.value, r.rate};
         };
         problem.reference[j] = at(j + 1);
         if (!problem.setpoint.empty()) problem.setpoint[j] = at(j);
@@ -58,7 +58,7 @@ std::vector<RecordedInstance<M>> record_closed_loop(Problem<M> problem, const Tr
     std::ranges::copy(problem.modes.point(problem.lines.effective()), opening.begin());
     ContinuousOf<M> motor{};
     if constexpr (HasFeedback<M>)
-      motor = problem.model.template feedback<double>(problem.initial, {now.position, now.velocity});
+      motor = problem.model.template feedback<double>(problem.initial, {now.value, now.rate});
     problem.initial = problem.model.template step<double>(problem.initial, opening, motor, 0.001);
     problem.lines.advance(1);
   }

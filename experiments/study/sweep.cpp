@@ -20,7 +20,7 @@ double pooled(const StudyFigure& figure, std::span<const Metrics* const> runs) {
   if (runs.empty()) return nan;
   double sum = 0.0, largest = -std::numeric_limits<double>::infinity();
   for (const Metrics* m : runs) {
-    const double value = m->*figure.number;
+    const double value = m->number(figure.metric);
     sum += figure.pool == StudyFigure::Pool::geometric_mean ? std::log(std::max(value, 1e-12)) : value;
     largest = std::max(largest, value);
   }
@@ -113,23 +113,22 @@ StudyRows rows_of(const Study& study, const StudyTable& table, std::span<const R
 }  // namespace
 
 const std::vector<StudyFigure>& study_figures() {
-  using M = Metrics;
   using enum StudyFigure::Pool;
   static const std::vector<StudyFigure> all = {
-      {"rmse_mm", "RMSE, mm", &M::rmse_mm, geometric_mean},
-      {"worst_rmse_mm", "worst RMSE, mm", &M::rmse_mm, largest},
-      {"mae_mm", "largest error, mm", &M::mae_mm, mean},
-      {"sse_mean_abs_mm", "steady-state error, mm", &M::sse_mean_abs_mm, mean},
-      {"sse_max_abs_mm", "largest steady-state error, mm", &M::sse_max_abs_mm, mean},
-      {"worst_sse_max_abs_mm", "worst steady-state error, mm", &M::sse_max_abs_mm, largest},
-      {"ssa_mm", "swing at rest, peak to peak, mm", &M::ssa_mm, mean},
-      {"worst_ssa_mm", "worst swing at rest, mm", &M::ssa_mm, largest},
-      {"overshoot_percent", "overshoot, %", &M::overshoot_percent, mean},
-      {"switches_per_s", "coil switches per second", &M::switches_per_s, mean},
-      {"air_g", "supply air, g a run", &M::air_g, mean},
-      {"steady_switches_per_s", "coil switches per second, holding", &M::steady_switches_per_s, mean},
-      {"steady_air_g_per_s", "supply air, holding, g/s", &M::steady_air_g_per_s, mean},
-      {"motor_rms_n", "motor force, RMS, N", &M::motor_rms_n, mean},
+      {"rmse_mm", "RMSE, mm", "rmse_mm", geometric_mean},
+      {"worst_rmse_mm", "worst RMSE, mm", "rmse_mm", largest},
+      {"mae_mm", "largest error, mm", "mae_mm", mean},
+      {"sse_mean_abs_mm", "steady-state error, mm", "sse_mean_abs_mm", mean},
+      {"sse_max_abs_mm", "largest steady-state error, mm", "sse_max_abs_mm", mean},
+      {"worst_sse_max_abs_mm", "worst steady-state error, mm", "sse_max_abs_mm", largest},
+      {"ssa_mm", "swing at rest, peak to peak, mm", "ssa_mm", mean},
+      {"worst_ssa_mm", "worst swing at rest, mm", "ssa_mm", largest},
+      {"overshoot_percent", "overshoot, %", "overshoot_percent", mean},
+      {"switches_per_s", "coil switches per second", "switches_per_s", mean},
+      {"air_g", "supply air, g a run", "air_g", mean},
+      {"steady_switches_per_s", "coil switches per second, holding", "steady_switches_per_s", mean},
+      {"steady_air_g_per_s", "supply air, holding, g/s", "steady_air_g_per_s", mean},
+      {"motor_rms_n", "motor force, RMS, N", "motor_rms_n", mean},
   };
   return all;
 }

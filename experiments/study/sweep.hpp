@@ -16,8 +16,8 @@ struct Result;
 struct StudyFigure {
   enum class Pool { mean, geometric_mean, largest };
   const char* name;
-  const char* label;  ///< of a plot's axis
-  double Metrics::*number;
+  const char* label;   ///< of a plot's axis
+  const char* metric;  ///< in a run
   Pool pool;
 };
 const std::vector<StudyFigure>& study_figures();

@@ -51,8 +51,8 @@ double effort_excess(const Score& s, const EffortLimits& limits) {
 void judge_steps(std::span<const RunRecord> records, Score& s) {
   for (const RunRecord& r : records) {
     if (!r.metrics) continue;
-    s.overshoot_percent += r.metrics->overshoot_percent / (s.runs - s.bad);
-    s.sse_mm += r.metrics->sse_max_abs_mm / (s.runs - s.bad);
+    s.overshoot_percent += r.metrics->number("overshoot_percent") / (s.runs - s.bad);
+    s.sse_mm += r.metrics->number("sse_max_abs_mm") / (s.runs - s.bad);
   }
 }
 

@@ -21,14 +21,14 @@ int main() {
   using namespace solenoid;
   using Clock = std::chrono::steady_clock;
   struct Tick {
-    Sensors sensors;
+    Measurement sensors;
     Vector<double, 4> opening;
     double motor_n;
   };
   std::vector<Tick> ticks;
   DrawnWorld world(moderate_tuning(), 1);
   for (int k = 0; k < 8000; ++k) {
-    const Sensors s = world.sensors();
+    const Measurement s = world.sensors();
     world.advance(s);
     ticks.push_back({s, world.opening(), world.motor_n()});
   }
@@ -43,7 +43,7 @@ int main() {
       estimator.update(tick.sensors);
       own.push_back(thread_us() - before);
       wall.push_back(std::chrono::duration<double, std::micro>(Clock::now() - start).count());
-      estimator.applied(tick.opening, tick.motor_n);
+      estimator.applied(tick.opening, {tick.motor_n});
     }
     const Percentiles p = percentiles(own), q = percentiles(wall);
     std::printf("%-12s %9.2f %9.2f %9.2f %9.2f %9.2f %9.2f\n", name, p.p50, p.p99, p.max, q.p50, q.p99, q.max);

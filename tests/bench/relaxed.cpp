@@ -4,11 +4,11 @@
 //
 //     bench_relaxed [--seconds S] [--no-deadline] [VARIANT ...]
 #include "controllers/factory.hpp"
-#include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
-#include "core/metrics/metrics.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
+#include "core/systems/actuator/metrics.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/campaign/scenario.hpp"
 
 #include <algorithm>
@@ -73,14 +73,14 @@ double thread_us() {
 class TimedController final : public Controller {
  public:
   explicit TimedController(std::unique_ptr<Controller> inner) : inner_(std::move(inner)) {}
-  Decision step(const Sensors& sensors) noexcept override {
+  Decision step(const Measurement& sensors) noexcept override {
     const double begin = thread_us();
     Decision d = inner_->step(sensors);
     d.report.time_us = thread_us() - begin;
     return d;
   }
   void applied(const Command& command) noexcept override { inner_->applied(command); }
-  void restart(double time_s, double position_m) noexcept override { inner_->restart(time_s, position_m); }
+  void restart(double time_s, const AxisValues& from) noexcept override { inner_->restart(time_s, from); }
 
  private:
   std::unique_ptr<Controller> inner_;
@@ -95,13 +95,14 @@ Run run(const VariantConfig& variant, const ScenarioConfig& scenario) {
   const auto plant = make_plant(variant, scenario, 1);
   TimedController controller(make_controller(variant, scenario.trajectory, scenario.plane));
   CommandLimits limits = make_limits(variant);
-  const auto ticks = static_cast<std::int64_t>(std::llround(scenario.duration_s / tick_s));
+  const auto ticks = static_cast<std::int64_t>(std::llround(scenario.duration_s / actuator_timing.tick_s));
   MemoryRecorder recorder(static_cast<std::size_t>(ticks));
   FakeClock clock;
   ControlLoop loop(*plant, clock, controller, limits, recorder);
-  loop.run(ticks, tick_s);
-  const Metrics metrics = evaluate_run(recorder.records(), scenario.trajectory, tick_s, {}, 1e6 * period_s);
-  return {recorder.records(), metrics.rmse_mm};
+  loop.run(ticks, actuator_timing.tick_s);
+  const Metrics metrics = evaluate_actuator_run(recorder.records(), scenario.trajectory, actuator_timing.tick_s, {},
+                                                1e6 * actuator_timing.period_s());
+  return {recorder.records(), metrics["rmse_mm"]};
 }
 
 /// Solves of one variant.

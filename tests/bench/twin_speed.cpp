@@ -27,7 +27,7 @@ Outcome run(TwinParameters parameters, const IntegrationChoice& choice, double d
   const auto ticks = static_cast<int>(duration_s * 1000);
   const std::clock_t start = std::clock();  // processor time: other programs do not count
   for (int k = 0; k < ticks; ++k) {
-    outcome.states.push_back(plant.read(1e-3 * k).truth);
+    outcome.states.push_back(actuator_state(plant.read(1e-3 * k).truth));
     if (k % 5 == 0) plant.write({static_cast<SwitchPattern>(random() % 4), (k / 500) % 2 ? 4.0 : -4.0});
   }
   outcome.times_real_time = duration_s * CLOCKS_PER_SEC / static_cast<double>(std::clock() - start);

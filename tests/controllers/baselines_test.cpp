@@ -4,6 +4,7 @@
 #include "controllers/systems/actuator/laws/pulse_width_pid.hpp"
 #include "controllers/systems/actuator/laws/switching_hybrid.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
 #include "solvers/search/exhaustive.hpp"
 
@@ -26,7 +27,7 @@ struct Scene {
   }
   LawInput at(std::int64_t tick) const {
     const double time_s = 1e-3 * static_cast<double>(tick);
-    return {tick, time_s, reference, reference.at(time_s), state, motor_n, model};
+    return {tick, time_s, reference, reference.at(time_s).axis[0], state, motor_n, model};
   }
   PneumaticActuator model;
   RestartableReference reference{Trajectory(0.05)};
@@ -39,7 +40,9 @@ PulseWidthSettings silent() {
   s.proportional = s.integral = s.derivative = s.feedforward = s.friction = 0.0;
   return s;
 }
-PulseWidthPid law_of(const PulseWidthSettings& s) { return {s, valve_modes("three_way", ActuatorParameters())}; }
+PulseWidthPid law_of(const PulseWidthSettings& s) {
+  return {s, valve_modes("three_way", ActuatorParameters()), actuator_timing.tick_s};
+}
 
 TEST(PulseWidthPid, DutyIsTheSumOfItsTerms) {
   Scene scene;
@@ -61,7 +64,7 @@ TEST(PulseWidthPid, FeedforwardIsTheComingChangeOfTheDesiredPosition) {
   PulseWidthPid law = law_of(s);
   for (const std::int64_t tick : {0, 300, 500, 960, 1200}) {
     const double t = 1e-3 * static_cast<double>(tick);
-    const double coming = scene.reference.at(t + 0.07).position - scene.reference.at(t).position;
+    const double coming = scene.reference.at(t + 0.07).axis[0].value - scene.reference.at(t).axis[0].value;
     EXPECT_NEAR(law.duty(scene.at(tick)), 12.0 * coming, 1e-12);
   }
   s.friction = 0.1;  // along the motion, whatever the sign of the error

@@ -1,5 +1,6 @@
 #include "controllers/catalogue.hpp"
 #include "controllers/mpc_controller.hpp"
+#include "controllers/systems/actuator/motor_inputs.hpp"
 #include "core/systems/actuator/valves.hpp"
 
 #include <gtest/gtest.h>
@@ -30,7 +31,7 @@ TEST(MotorLaws, InverseDynamicsMakeTheErrorDecayLinearly) {
   // m_eq e'' + K_d e' + K_p e = 0 while nothing saturates, (5.13).
   const PneumaticActuator model;
   const InverseDynamicsMotor law(model, {50.0, 5.0});
-  const ReferenceSample desired{0.05, 0.1, 0.02};
+  const MotionSample desired{0.05, 0.1, 0.02};
   const ActuatorState x{0.0499, 0.098, 101325 * 1.25, 101325};
   const double force = law.force(desired, x), m = model.parameters().equivalent_mass_kg();
   ASSERT_LT(std::abs(force), 7.99);
@@ -38,7 +39,7 @@ TEST(MotorLaws, InverseDynamicsMakeTheErrorDecayLinearly) {
   const double acceleration = (model.velocity_after(x[1], applied, 1e-6) - x[1]) / 1e-6;
   EXPECT_NEAR(m * (0.02 - acceleration) + 5.0 * 0.002 + 50.0 * 0.0001, 0.0, 1e-6);
   EXPECT_NEAR(PdMotor(model, {}).force(desired, x), 23000 * 0.0001 + 400 * 0.002, 1e-9);
-  EXPECT_NEAR(PdMotor(model, {}).force({0.06, 0, 0}, x), 8.0, 1e-12);
+  EXPECT_NEAR(PdMotor(model, {}).force(MotionSample{0.06, 0, 0}, x), 8.0, 1e-12);
 }
 
 TEST(MotorLaws, InverseDynamicsCarryALoadThatWasEstimated) {
@@ -47,7 +48,7 @@ TEST(MotorLaws, InverseDynamicsCarryALoadThatWasEstimated) {
   heavier.payload_mass_kg = 0.02;
   InverseDynamicsMotor told(nominal, {50.0, 5.0});
   const InverseDynamicsMotor knows(PneumaticActuator(heavier), {50.0, 5.0});
-  const ReferenceSample desired{0.05, 0.1, 0.02};
+  const MotionSample desired{0.05, 0.1, 0.02};
   const ActuatorState x{0.0499, 0.098, 101325 * 1.25, 101325};
   const double before = told.force(desired, x);
   told.set_load(0.02, 0.0);
@@ -72,13 +73,19 @@ struct Scripted final : Solver<PneumaticActuator> {
   int calls = 0;
 };
 
+template <HybridModel Model>
+using ActuatorMpc = MpcController<Model, MotorInputs>;
+
 /// The shell around a predictive decider, as the factory makes it.
 template <HybridModel Model>
-ControllerShell<MpcController<Model>> predictive(typename MpcController<Model>::Parts parts, const Trajectory& motion,
-                                                 const MotorLaw& motor = NoMotor{}) {
+ControllerShell<ActuatorMpc<Model>> predictive(typename ActuatorMpc<Model>::Parts parts, const Trajectory& motion,
+                                               const MotorLaw& motor = NoMotor{}) {
   const ModeSet modes = parts.problem.modes;
-  return {{motion, make_estimator("thesis", PneumaticActuator{}, {}), {}, motor, modes},
-          MpcController<Model>(std::move(parts))};
+  parts.outputs = actuator_description().outputs;
+  parts.inputs = MotorInputs(motor);
+  return {
+      {RestartableReference(motion), make_estimator("thesis", PneumaticActuator{}, {}), modes, actuator_timing.tick_s},
+      ActuatorMpc<Model>(std::move(parts))};
 }
 
 TEST(MpcController, CommandsEveryPeriodKeepsThroughFailuresAndShiftsTheReference) {
@@ -87,15 +94,15 @@ TEST(MpcController, CommandsEveryPeriodKeepsThroughFailuresAndShiftsTheReference
   auto controller = predictive<PneumaticActuator>(
       {std::move(problem), std::make_unique<Scripted>(references), {.gain = 0.005}, std::nullopt, 0}, Trajectory(0.06));
   const SwitchPattern expected[] = {1, 2, 2, 1, 2, 2};  // the third and sixth plans are not to be applied
-  Sensors sensors;
+  Measurement sensors;
   sensors.ideal = true;
   sensors.truth = {0.05, 0, 101325, 101325};
   for (int k = 0; k < 30; ++k) {
     sensors.time_s = 1e-3 * k;
     const Decision d = controller.step(sensors);
     EXPECT_EQ(d.solved, k % 5 == 0);
-    EXPECT_EQ(d.command.coils, expected[k / 5]) << k;
-    EXPECT_NEAR(d.offset_m, 0.005 * 0.01 * (k + 1), 1e-15);
+    EXPECT_EQ(d.command.switches, expected[k / 5]) << k;
+    EXPECT_NEAR(d.offset[0], 0.005 * 0.01 * (k + 1), 1e-15);
   }
   ASSERT_EQ(references.size(), 6u);
   for (std::size_t i = 0; i < 6; ++i)
@@ -124,21 +131,22 @@ TEST(MpcController, WhatTheLawTracksAndWhatTheCostTracksAreOneReferenceAStepApar
   const Trajectory motion = thesis_sine(0.02);
   for (const int lead : {0, 5}) {
     std::vector<Problem<PrestabilisedActuator>> posed, expected;
-    Problem<PrestabilisedActuator> problem(PrestabilisedActuator(), valve_modes("two_way", {}), {tick_s, {10}}, {});
+    Problem<PrestabilisedActuator> problem(PrestabilisedActuator(), valve_modes("two_way", {}),
+                                           {actuator_timing.tick_s, {10}}, {});
     auto controller = predictive<PrestabilisedActuator>(
         {std::move(problem), std::make_unique<Listening<PrestabilisedActuator>>(posed, expected), {}, {}, lead},
         motion);
-    Sensors sensors;
+    Measurement sensors;
     sensors.ideal = true;
     sensors.truth = {0.05, 0, 101325, 101325};
     controller.step(sensors);
     ASSERT_EQ(posed.size(), 1u);
     for (std::size_t j = 0; j < 10; ++j) {
-      const double begin_s = (lead + static_cast<double>(j)) * tick_s;
-      EXPECT_NEAR(posed[0].setpoint[j][0], motion.at(begin_s).position, 1e-15);
-      EXPECT_NEAR(posed[0].setpoint[j][1], motion.at(begin_s).velocity, 1e-15);
-      EXPECT_NEAR(posed[0].reference[j][0], motion.at(begin_s + tick_s).position, 1e-15);
-      EXPECT_NEAR(posed[0].reference[j][1], motion.at(begin_s + tick_s).velocity, 1e-15);
+      const double begin_s = (lead + static_cast<double>(j)) * actuator_timing.tick_s;
+      EXPECT_NEAR(posed[0].setpoint[j][0], motion.at(begin_s).value, 1e-15);
+      EXPECT_NEAR(posed[0].setpoint[j][1], motion.at(begin_s).rate, 1e-15);
+      EXPECT_NEAR(posed[0].reference[j][0], motion.at(begin_s + actuator_timing.tick_s).value, 1e-15);
+      EXPECT_NEAR(posed[0].reference[j][1], motion.at(begin_s + actuator_timing.tick_s).rate, 1e-15);
     }
   }
 }
@@ -150,26 +158,27 @@ TEST(MpcController, ExpectsWhatItIsThenPosed) {
     std::vector<Problem<PneumaticActuator>> posed, expected;
     const PneumaticActuator model;
     const ModeSet modes = valve_modes("three_way", {});
-    Problem<PneumaticActuator> problem(model, modes, {tick_s, std::vector<int>(20, 1)}, {});
+    Problem<PneumaticActuator> problem(model, modes, {actuator_timing.tick_s, std::vector<int>(20, 1)}, {});
     auto controller = predictive<PneumaticActuator>(
         {std::move(problem), std::make_unique<Listening<PneumaticActuator>>(posed, expected), {}, {}, latency},
         thesis_sine(0.02), PdMotor(model, {}));
-    const SwitchTiming timing(modes, tick_s);
+    const SwitchTiming timing(modes, actuator_timing.tick_s);
     DelayLines lines(0);
-    Sensors sensors;
+    Measurement sensors;
     sensors.ideal = true;
     sensors.truth = {0.0202, 0.0, 1.2e5, 1.2e5};
     for (int k = 0; k < 40; ++k) {
-      sensors.time_s = k * tick_s;
+      sensors.time_s = k * actuator_timing.tick_s;
       const Decision d = controller.step(sensors);
       const int begun = k - latency;
       if (begun >= 0) {
-        EXPECT_EQ(d.command.coils, modes.pattern(begun % 5 % 3 == 1)) << k;
+        EXPECT_EQ(d.command.switches, modes.pattern(begun % 5 % 3 == 1)) << k;
       }
-      lines.command(d.command.coils, timing);
+      lines.command(d.command.switches, timing);
       Vector<double, 4> opening;
       std::ranges::copy(modes.point(lines.effective()), opening.begin());
-      sensors.truth = model.step<double>(sensors.truth, opening, {d.command.motor_force_n}, tick_s);
+      sensors.truth = padded<max_states>(model.step<double>(actuator_state(sensors.truth), opening,
+                                                            {d.command.continuous[0]}, actuator_timing.tick_s));
       lines.advance(1);
     }
     ASSERT_EQ(posed.size(), 8u);

@@ -34,7 +34,7 @@ TEST(EstimatorConsistency, NeesAndNisLieInsideTheir95PercentBounds) {
     DrawnWorld world(tuning, static_cast<std::uint64_t>(run) + 1);
     ActuatorKalman filter(PneumaticActuator(), tuning);
     for (int k = 0; k < ticks; ++k) {
-      const Sensors s = world.sensors();
+      const Measurement s = world.sensors();
       filter.update(s);
       if (k > 0) innovations += filter.innovation();
       if (k % every == every - 1) sums[static_cast<std::size_t>(k / every)] += nees(filter.belief(), world.truth());

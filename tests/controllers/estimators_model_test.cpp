@@ -33,13 +33,13 @@ TEST(EstimatorModel, SensitivitiesAgreeWithFiniteDifferences) {
     const Core x = smooth_state(random);
     const Vector<double, 4> opening = trial % 2 ? Vector<double, 4>{1, 0, 0, 1} : Vector<double, 4>{0, 1, 1, 0};
     SensedModel::Jacobian jacobian;
-    const Core value = linearise(model, x, opening, {2.0}, tick_s, jacobian);
-    EXPECT_EQ(value, model.step<double>(x, opening, {2.0}, tick_s));
+    const Core value = linearise(model, x, opening, {2.0}, actuator_timing.tick_s, jacobian);
+    EXPECT_EQ(value, model.step<double>(x, opening, {2.0}, actuator_timing.tick_s));
     for (std::size_t j = 0; j < 8; ++j) {
       Core up = x, down = x;
       up[j] += scale[j], down[j] -= scale[j];
-      const Core a = model.step<double>(up, opening, {2.0}, tick_s),
-                 b = model.step<double>(down, opening, {2.0}, tick_s);
+      const Core a = model.step<double>(up, opening, {2.0}, actuator_timing.tick_s),
+                 b = model.step<double>(down, opening, {2.0}, actuator_timing.tick_s);
       for (std::size_t i = 0; i < 8; ++i) {
         const double difference = (a[i] - b[i]) / (2 * scale[j]);
         const double exact = jacobian(static_cast<int>(i), static_cast<int>(j));
@@ -55,7 +55,7 @@ TEST(EstimatorModel, SensitivityOfFillFlowIsFiniteAtAndAboveSupplyPressure) {
   for (const double over : {0.0, 5e4}) {
     SensedModel::Jacobian jacobian;
     linearise(LoadedActuator(PneumaticActuator(p), {}), {0.05, 0.1, p.supply_pressure_pa + over, 1.5e5, 0, 0, 1, 1},
-              {1, 0, 0, 1}, {0.0}, tick_s, jacobian);
+              {1, 0, 0, 1}, {0.0}, actuator_timing.tick_s, jacobian);
     EXPECT_TRUE(jacobian.allFinite());
     EXPECT_NEAR(jacobian(pressure_a, flow_factor), 0.0, 1e-12);  // of a head that is none
   }
@@ -71,15 +71,16 @@ TEST(EstimatorModel, ALoadSetAfterwardsIsTheParametersOwn) {
   for (int trial = 0; trial < 100; ++trial) {
     const Core x = smooth_state(random);
     const ActuatorState state = {x[0], x[1], x[2], x[3]};
-    const auto a = changed.step<double>(state, {1, 0, 0, 1}, {1.0}, tick_s);
-    const auto b = built.step<double>(state, {1, 0, 0, 1}, {4.0}, tick_s);  // the external force as the motor's
+    const auto a = changed.step<double>(state, {1, 0, 0, 1}, {1.0}, actuator_timing.tick_s);
+    const auto b =
+        built.step<double>(state, {1, 0, 0, 1}, {4.0}, actuator_timing.tick_s);  // the external force as the motor's
     for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(a[i], b[i], 1e-13 * std::max(1.0, std::abs(b[i])));
   }
   EXPECT_DOUBLE_EQ(changed.parameters().payload_mass_kg, 0.23);
 }
 
 TEST(PressureLag, FollowsTheBesselFilterBetweenTicks) {
-  const PressureLag lag(50.0, tick_s);
+  const PressureLag lag(50.0, actuator_timing.tick_s);
   Bessel8 fine(50.0, 100e3);
   std::array<double, PressureLag::size> z{};
   const auto c = lag.output();
@@ -124,7 +125,7 @@ TEST(SensedModel, PropagatesCovariancesAsItsDenseJacobianWould) {
 TEST(Forecast, IsThePlantItselfWhenModelAndInputsAgree) {
   const PneumaticActuator model;
   const ModeSet modes = valve_modes("three_way", ActuatorParameters());
-  const SwitchTiming timing(modes, tick_s);
+  const SwitchTiming timing(modes, actuator_timing.tick_s);
   DelayLines lines(0);
   lines.command(3, timing);
   ActuatorState plant = {0.05, 0.1, 1.5e5, 1.4e5};
@@ -135,10 +136,10 @@ TEST(Forecast, IsThePlantItselfWhenModelAndInputsAgree) {
     lines.command(commanded(j), timing);
     Vector<double, 4> opening;
     std::ranges::copy(modes.point(lines.effective()), opening.begin());
-    plant = model.step<double>(plant, opening, {0.5 * j}, tick_s);
+    plant = model.step<double>(plant, opening, {0.5 * j}, actuator_timing.tick_s);
     lines.advance(1);
   }
-  const auto ahead = forecast(model, modes, timing, start, moving, 7, tick_s, commanded,
+  const auto ahead = forecast(model, modes, timing, start, moving, 7, actuator_timing.tick_s, commanded,
                               [](int j, const ActuatorState&) { return Vector<double, 1>{0.5 * j}; });
   EXPECT_EQ(ahead, plant);
   EXPECT_TRUE(moving == lines);
@@ -150,8 +151,8 @@ double worst_position_error(F& filter, int ticks, int from, const Spoil& spoil) 
   DrawnWorld world(moderate_tuning(), 11);
   double worst = 0.0;
   for (int k = 0; k < ticks; ++k) {
-    Sensors s = world.sensors();
-    const Sensors sound = s;
+    Measurement s = world.sensors();
+    const Measurement sound = s;
     spoil(k, s);
     const ActuatorState x = filter.update(s);
     if (k >= from) worst = std::max(worst, std::abs(x[position] - world.truth()[position]));
@@ -163,10 +164,10 @@ double worst_position_error(F& filter, int ticks, int from, const Spoil& spoil) 
 
 TEST(ActuatorKalman, BridgesMissingSensorsAndRefusesSpikes) {
   ActuatorKalman filter(PneumaticActuator(), moderate_tuning());
-  const double worst = worst_position_error(filter, 3000, 0, [](int k, Sensors& s) {
-    if (k % 97 < 5 && k > 0) s.position_m = std::nan("");
-    if (k % 53 == 52) s.pressure_a_pa = std::nan("");
-    if (k % 211 == 210) s.position_m += 0.01;
+  const double worst = worst_position_error(filter, 3000, 0, [](int k, Measurement& s) {
+    if (k % 97 < 5 && k > 0) s.value[position_channel] = std::nan("");
+    if (k % 53 == 52) s.value[pressure_a_channel] = std::nan("");
+    if (k % 211 == 210) s.value[position_channel] += 0.01;
   });
   EXPECT_LT(worst, 0.3e-3);
   EXPECT_EQ(filter.starts(), 1);
@@ -175,15 +176,15 @@ TEST(ActuatorKalman, BridgesMissingSensorsAndRefusesSpikes) {
 TEST(ActuatorKalman, StartsAnewWhenPositionsContradictItForLong) {
   ActuatorKalman filter(PneumaticActuator(), moderate_tuning());
   // A potentiometer that slips by 5 mm and back: after each slip the belief must follow, not argue.
-  const double worst = worst_position_error(filter, 3000, 2600, [](int k, Sensors& s) {
-    if (k >= 1500 && k < 2400) s.position_m += 5e-3;
+  const double worst = worst_position_error(filter, 3000, 2600, [](int k, Measurement& s) {
+    if (k >= 1500 && k < 2400) s.value[position_channel] += 5e-3;
   });
   EXPECT_LT(worst, 0.2e-3);
 }
 
 TEST(ActuatorKalman, KeepsItsCovariancePositive) {
   ActuatorKalman filter(PneumaticActuator(), moderate_tuning());
-  worst_position_error(filter, 8000, 0, [](int, Sensors&) {});
+  worst_position_error(filter, 8000, 0, [](int, Measurement&) {});
   const Belief::Covariance& p = filter.belief().covariance;
   EXPECT_EQ((p - p.transpose()).norm(), 0.0);
   const Belief::State scale = p.diagonal().cwiseSqrt().cwiseInverse();
@@ -197,7 +198,7 @@ TEST(MovingHorizon, DescendsOnItsCostAndStaysWithTheTruth) {
   double squares = 0.0;
   int descents = 0;
   for (int k = 0; k < 3000; ++k) {
-    const Sensors s = world.sensors();
+    const Measurement s = world.sensors();
     const ActuatorState x = estimator.update(s);
     ASSERT_LE(estimator.cost(), estimator.cost_at_arrival()) << k;
     descents += estimator.cost() < estimator.cost_at_arrival();
@@ -216,7 +217,7 @@ TEST(MovingHorizon, FurtherIterationsFindNothingBetter) {
   DrawnWorld world(two, 9);
   double excess = 0.0, total = 0.0;
   for (int k = 0; k < 1500; ++k) {
-    const Sensors s = world.sensors();
+    const Measurement s = world.sensors();
     a.update(s), b.update(s);
     excess += a.cost() - b.cost(), total += b.cost();
     world.advance(s);

@@ -23,15 +23,16 @@ TEST(RelaxedVariants, TrackTheSineOnTheirOwnModel) {
     double sum = 0.0;
     int solves = 0, failures = 0;
     for (int k = 0; k < 2500; ++k) {
-      const Decision d = controller->step({0.001 * k, x[position], x[pressure_a], x[pressure_b], x, true});
+      const Decision d =
+          controller->step({0.001 * k, {x[position], x[pressure_a], x[pressure_b]}, padded<max_states>(x), true});
       solves += d.solved, failures += d.solved && !usable(d.report.status);
-      EXPECT_GE(modes.find(d.command.coils), 0);
-      EXPECT_LE(std::abs(d.command.motor_force_n), 8.0 + 1e-6);
-      sum += std::pow(x[position] - d.reference.position, 2);
-      lines.command(d.command.coils, timing);
+      EXPECT_GE(modes.find(d.command.switches), 0);
+      EXPECT_LE(std::abs(d.command.continuous[0]), 8.0 + 1e-6);
+      sum += std::pow(x[position] - d.reference.axis[0].value, 2);
+      lines.command(d.command.switches, timing);
       Vector<double, 4> opening{};
       std::ranges::copy(modes.point(lines.effective()), opening.begin());
-      x = plant.step<double>(x, opening, {d.command.motor_force_n}, 0.001);
+      x = plant.step<double>(x, opening, {d.command.continuous[0]}, 0.001);
       lines.advance(1);
     }
     const double rmse_mm = 1e3 * std::sqrt(sum / 2500);

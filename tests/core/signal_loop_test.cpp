@@ -58,29 +58,29 @@ TEST(Percentiles, AreOfTheNearestRank) {
 }
 
 TEST(CommandLimits, ReplaceWhatIsRefusedAndCountIt) {
-  CommandLimits limits(valve_modes("two_way", {}), 8.0);
-  EXPECT_EQ(limits.checked({0b1001, 3.0}).coils, 0b1001u);
+  CommandLimits limits(valve_modes("two_way", {}), {8.0});
+  EXPECT_EQ(limits.checked({0b1001, {3.0}}).switches, 0b1001u);
   EXPECT_EQ(limits.refused(), 0);
-  EXPECT_EQ(limits.checked({0b0011, 3.0}).coils, 0u);  // supply and exhaust of one chamber
-  EXPECT_EQ(limits.checked({1u << 31, 3.0}).coils, 0u);
+  EXPECT_EQ(limits.checked({0b0011, {3.0}}).switches, 0u);  // supply and exhaust of one chamber
+  EXPECT_EQ(limits.checked({1u << 31, {3.0}}).switches, 0u);
   EXPECT_EQ(limits.refused(), 2);
-  EXPECT_EQ(limits.checked({0, std::numeric_limits<double>::quiet_NaN()}).motor_force_n, 0.0);
-  EXPECT_EQ(limits.checked({0, -std::numeric_limits<double>::infinity()}).motor_force_n, 0.0);
+  EXPECT_EQ(limits.checked({0, {std::numeric_limits<double>::quiet_NaN()}}).continuous[0], 0.0);
+  EXPECT_EQ(limits.checked({0, {-std::numeric_limits<double>::infinity()}}).continuous[0], 0.0);
   EXPECT_EQ(limits.refused(), 4);
-  EXPECT_EQ(limits.checked({0, 99.0}).motor_force_n, 8.0);
-  EXPECT_EQ(limits.checked({0, -99.0}).motor_force_n, -8.0);
+  EXPECT_EQ(limits.checked({0, {99.0}}).continuous[0], 8.0);
+  EXPECT_EQ(limits.checked({0, {-99.0}}).continuous[0], -8.0);
 }
 
 /// Plant, controller and recorder in one, noting the order of its calls.
 struct Journal final : Plant, Controller {
   std::vector<std::string> calls;
   std::vector<double> times_s;
-  Sensors read(double time_s) noexcept override {
+  Measurement read(double time_s) noexcept override {
     calls.push_back("read");
     times_s.push_back(time_s);
     return {.time_s = time_s};
   }
-  Decision step(const Sensors&) noexcept override {
+  Decision step(const Measurement&) noexcept override {
     calls.push_back("step");
     Decision d;
     d.command = {0b0011, 99.0};
@@ -101,7 +101,7 @@ struct Journal final : Plant, Controller {
 TEST(ControlLoop, ReadsStepsChecksWritesRecordsOnceATick) {
   Journal journal;
   FakeClock clock;
-  CommandLimits limits(valve_modes("two_way", {}), 8.0);
+  CommandLimits limits(valve_modes("two_way", {}), {8.0});
   ControlLoop loop(journal, clock, journal, limits, journal);
   loop.run(3, 0.001);
   const std::vector<std::string> tick = {"read", "step", "write", "record"};
@@ -109,10 +109,10 @@ TEST(ControlLoop, ReadsStepsChecksWritesRecordsOnceATick) {
   for (std::size_t i = 0; i < 12; ++i) EXPECT_EQ(journal.calls[i], tick[i % 4]);
   EXPECT_THAT(journal.times_s, testing::ElementsAre(0.0, 0.001, 0.002));
   EXPECT_DOUBLE_EQ(clock.now_s(), 0.002);
-  EXPECT_EQ(journal.written.coils, 0u);  // the limits stand between the controller and the plant
-  EXPECT_EQ(journal.written.motor_force_n, 8.0);
-  EXPECT_EQ(journal.last.decision.command.coils, 0b0011u);
-  EXPECT_EQ(journal.last.applied.motor_force_n, 8.0);
+  EXPECT_EQ(journal.written.switches, 0u);  // the limits stand between the controller and the plant
+  EXPECT_EQ(journal.written.continuous[0], 8.0);
+  EXPECT_EQ(journal.last.decision.command.switches, 0b0011u);
+  EXPECT_EQ(journal.last.applied.continuous[0], 8.0);
 }
 
 }  // namespace

@@ -15,13 +15,13 @@ TEST_P(EstimatorAllocations, UpdateAllocatesNothing) {
   Estimator estimator = make_estimator(GetParam(), PneumaticActuator(), estimator_row(GetParam()).tuning);
   std::int64_t allocations = 0;
   for (int k = 0; k < 500; ++k) {
-    Sensors s = world.sensors();
+    Measurement s = world.sensors();
     world.advance(s);
-    if (k == 300) s.position_m = std::nan("");
-    if (k > 400) s.position_m += 0.02;  // a start anew among them
+    if (k == 300) s.value[position_channel] = std::nan("");
+    if (k > 400) s.value[position_channel] += 0.02;  // a start anew among them
     const std::int64_t before = AllocationGuard::thread_allocations();
     estimator.update(s);
-    estimator.applied(world.opening(), world.motor_n());
+    estimator.applied(world.opening(), {world.motor_n()});
     estimator.detail();
     allocations += AllocationGuard::thread_allocations() - before;
   }

@@ -1,8 +1,8 @@
 #include "controllers/factory.hpp"
-#include "controllers/timing.hpp"
 #include "core/rt/allocation_guard.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/systems/actuator/plants/model_plant.hpp"
 #include "solvers/search/exhaustive.hpp"
 
@@ -100,15 +100,15 @@ TEST(HotPath, ControllerAndLoopRunWithoutAllocation) {
   for (const char* motor : {"none", "pd", "inverse_dynamics", "in_prediction"}) {
     const VariantConfig v = variant("two_way", motor);
     const Trajectory task = thesis_sine(v.nominal.equilibrium_position_m());
-    ModelPlant plant(v.nominal, v.valves, task.start_m(), {.ideal = false, .noise = true});
+    ModelPlant plant(v.nominal, v.valves, task.start(), {.ideal = false, .noise = true});
     const auto controller = make_controller(v, task, Plane::vertical);
     CommandLimits limits = make_limits(v);
     MemoryRecorder recorder(100);
     FakeClock clock;
     ControlLoop loop(plant, clock, *controller, limits, recorder);
-    EXPECT_EQ(allocations_of([&] { loop.run(100, tick_s); }), 0) << motor;
+    EXPECT_EQ(allocations_of([&] { loop.run(100, actuator_timing.tick_s); }), 0) << motor;
     ASSERT_EQ(recorder.records().size(), 100u);
-    const Sensors sensors = recorder.records().back().sensors;
+    const Measurement sensors = recorder.records().back().sensors;
     EXPECT_EQ(allocations_of([&] { controller->step(sensors); }), 0) << motor;
   }
 }

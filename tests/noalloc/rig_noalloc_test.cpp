@@ -1,12 +1,13 @@
-#include "controllers/timing.hpp"
+#include "controllers/factory.hpp"
+#include "controllers/systems/actuator/actuator_guard.hpp"
 #include "core/rt/allocation_guard.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "core/rt/ring.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/rig/background.hpp"
 #include "experiments/rig/faulty_plant.hpp"
-#include "experiments/rig/make_ladder.hpp"
 #include "experiments/rig/node_protocol.hpp"
 
 #include <gtest/gtest.h>
@@ -28,7 +29,7 @@ TEST(HotPath, TheLadderAllocatesNothingOnAnyRung) {
   const Campaign campaign = read_campaign("rig", {{"nine_state"}, {"cycloidal"}});
   const ScenarioConfig& scenario = campaign.scenarios.front();
   const VariantConfig& variant = campaign.variants.front();
-  LadderSettings settings;
+  LadderSettings settings = actuator_ladder();
   settings.dmpc_slots = settings.motor_slots = 4;
   // Plans that are not numbers from 0.1 s to 0.4 s: shifted, dmpc, motor, safe.
   const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, settings,
@@ -39,9 +40,9 @@ TEST(HotPath, TheLadderAllocatesNothingOnAnyRung) {
   MonotonicClock clock;
   ControlLoop loop(plant, clock, *ladder, limits, recorder);
   const std::int64_t before = AllocationGuard::thread_allocations();
-  loop.run(500, tick_s);
+  loop.run(500, actuator_timing.tick_s);
   ladder->request_rearm();
-  loop.run(100, tick_s);
+  loop.run(100, actuator_timing.tick_s);
   EXPECT_EQ(AllocationGuard::thread_allocations() - before, 0);
   EXPECT_TRUE(recorder.seen[static_cast<std::size_t>(Rung::fresh)]);
   EXPECT_TRUE(recorder.seen[static_cast<std::size_t>(Rung::safe)]);

@@ -12,7 +12,7 @@ TEST(NoAllocation, TheTwinInTheModeCampaignsUse) {
   const std::int64_t before = AllocationGuard::thread_allocations();
   double sum = 0;
   for (int k = 0; k < 500; ++k) {
-    sum += plant.read(1e-3 * k).position_m;
+    sum += plant.read(1e-3 * k).value[position_channel];
     plant.write({static_cast<SwitchPattern>(k / 5 % 3), 1.0});
   }
   EXPECT_EQ(AllocationGuard::thread_allocations() - before, 0);

@@ -1,11 +1,12 @@
 // Every shipped variant as the rig runs it: solver in a thread on simulated time, ladder, exit; skipped ticks, late, hanging
 // and spoilt plans, SAFE and a task begun anew.
 #include "controllers/catalogue.hpp"
+#include "controllers/factory.hpp"
+#include "controllers/systems/actuator/actuator_guard.hpp"
 #include "core/config/reader.hpp"
 #include "core/systems/actuator/valves.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/rig/fault_table.hpp"
-#include "experiments/rig/make_ladder.hpp"
 #include "experiments/systems/actuator/plants/make_plant.hpp"
 
 #include <cmath>
@@ -42,7 +43,7 @@ class EveryVariant : public testing::TestWithParam<std::string> {
 
 /// Bursts of skipped ticks, in and across slots: caught up with, no worse than a late plan, and forgotten soon.
 TEST_P(EveryVariant, CatchesUpWithSkippedTicks) {
-  const auto ladder = make_ladder(variant(), scenario().trajectory, scenario().plane, {}, {});
+  const auto ladder = make_ladder(variant(), scenario().trajectory, scenario().plane, actuator_ladder(), {});
   const auto plant = make_plant(variant(), scenario(), 1);
   CommandLimits limits = make_limits(variant());
   const ModeSet modes = valve_modes(variant().valves, variant().nominal);
@@ -52,15 +53,15 @@ TEST_P(EveryVariant, CatchesUpWithSkippedTicks) {
     if (k == 303 || k == 611) k += 2;
     if (k == 404 || k == 808) k += 9;  // a slot and more
     const double time_s = 1e-3 * k;
-    const Sensors sensors = plant->read(time_s);
+    const Measurement sensors = plant->read(time_s);
     d = ladder->step(sensors);
     const Command left = limits.checked(d.command);
     EXPECT_EQ(left, d.command) << k;
-    EXPECT_GE(modes.find(left.coils), 0) << k;
+    EXPECT_GE(modes.find(left.switches), 0) << k;
     EXPECT_LE(d.rung, Rung::shifted) << k;
     plant->write(left);
     ladder->applied(left);
-    worst_m = std::max(worst_m, std::abs(d.reference.position - sensors.truth[position]));
+    worst_m = std::max(worst_m, std::abs(d.reference.axis[0].value - sensors.truth[position]));
   }
   EXPECT_EQ(d.rung, Rung::fresh);
   EXPECT_TRUE(d.planned);

@@ -1,10 +1,11 @@
-#include "controllers/timing.hpp"
+#include "controllers/factory.hpp"
+#include "controllers/systems/actuator/actuator_guard.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/rig/fault_table.hpp"
-#include "experiments/rig/make_ladder.hpp"
 
 #include <cmath>
 #include <limits>
@@ -19,31 +20,40 @@ namespace {
 struct Bench {
   struct Primary final : Controller {
     explicit Primary(Bench& bench) : bench(bench) {}
-    Decision step(const Sensors& s) noexcept override {
+    Decision step(const Measurement& s) noexcept override {
       Decision d;
       d.reference = bench.reference.at(s.time_s);
-      d.estimate = {std::isfinite(s.position_m) ? s.position_m : 0.05, 0.0, 150e3, 150e3};
+      const double y = s.value[position_channel];
+      d.estimate = {std::isfinite(y) ? y : 0.05, 0.0, 150e3, 150e3};
       d.command = bench.wanted;
       d.plan_age = bench.plan_age;
       d.planned = bench.planned;
-      d.rung = bench.plan_age < ticks_per_period ? Rung::fresh : Rung::shifted;
+      d.rung = bench.plan_age < actuator_timing.ticks_per_period ? Rung::fresh : Rung::shifted;
       return d;
     }
     void applied(const Command& c) noexcept override { bench.told = c; }
-    void restart(double time_s, double y) noexcept override {
-      bench.reference.restart(time_s, y);
+    void restart(double time_s, const AxisValues& from) noexcept override {
+      bench.reference.restart(time_s, from);
       ++bench.restarts;
     }
     Bench& bench;
   };
 
-  explicit Bench(LadderSettings settings = {}, bool motor = true) {
-    settings.plausibility.stuck_ticks = 0;  // a bench without noise
+  explicit Bench(LadderSettings settings = actuator_ladder(), bool motor = true) {
     settings.plausibility.innovation_limit = 1e9;
-    settings.plausibility.stuck_pa = 0;
-    ladder = std::make_unique<FallbackLadder>(
-        FallbackLadder::Parts{std::make_unique<Primary>(*this), PneumaticActuator(), modes, Trajectory(0.05),
-                              motor ? std::optional(MotorGains{}) : std::nullopt, settings});
+    for (SensorBounds& channel : settings.plausibility.channels) {  // a bench without noise
+      channel.stuck_ticks = 0;
+      channel.stuck_change = 0;
+    }
+    auto guard = std::make_unique<ActuatorGuard>(
+        PneumaticActuator(), modes, motor ? std::optional(MotorGains{}) : std::nullopt, actuator_timing.tick_s);
+    ladder = std::make_unique<FallbackLadder>(FallbackLadder::Parts{std::make_unique<Primary>(*this),
+                                                                    std::move(guard),
+                                                                    modes,
+                                                                    Trajectory(0.05),
+                                                                    {position_channel},
+                                                                    actuator_timing,
+                                                                    settings});
   }
   Decision tick(int ticks = 1) {
     Decision d;
@@ -52,24 +62,24 @@ struct Bench {
       d = ladder->step(sensors);
       left = limits.checked(d.command);
       ladder->applied(left);
-      EXPECT_GE(modes.find(left.coils), 0);
-      EXPECT_LE(std::abs(left.motor_force_n), 8.0 + 1e-12);
+      EXPECT_GE(modes.find(left.switches), 0);
+      EXPECT_LE(std::abs(left.continuous[0]), 8.0 + 1e-12);
     }
     return d;
   }
 
   ModeSet modes = valve_modes("two_way", {});
   RestartableReference reference{Trajectory(0.05)};
-  CommandLimits limits{modes, 8.0};
-  Sensors sensors{0.0, 0.05, 150e3, 150e3};
-  Command wanted{0b1001, 1.0}, told, left;
+  CommandLimits limits{modes, {8.0}};
+  Measurement sensors{.value = {0.05, 150e3, 150e3}};
+  Command wanted{0b1001, {1.0}}, told, left;
   int plan_age = 0, k = 0, restarts = 0;
   bool planned = true;
   std::unique_ptr<FallbackLadder> ladder;
 };
 
 TEST(Ladder, StepsDownRungByRungAndClimbsBackAtOnce) {
-  LadderSettings settings;
+  LadderSettings settings = actuator_ladder();
   settings.shifted_slots = 2;
   settings.dmpc_slots = 3;
   settings.motor_slots = 4;
@@ -77,7 +87,7 @@ TEST(Ladder, StepsDownRungByRungAndClimbsBackAtOnce) {
   bench.tick(20);
   std::vector<Rung> seen;
   for (int slot = 1; slot <= 10; ++slot) {
-    bench.plan_age = slot * ticks_per_period;
+    bench.plan_age = slot * actuator_timing.ticks_per_period;
     seen.push_back(bench.tick().rung);
     bench.tick(4);
   }
@@ -98,23 +108,33 @@ TEST(Ladder, DmpcCommandsDriveBothChambersAndTheMotorRungHoldsTheCoilsOff) {
   bench.tick(20);
   bench.planned = false;
   bench.tick(3);
-  const auto opening = bench.modes.point(bench.left.coils);
+  const auto opening = bench.modes.point(bench.left.switches);
   EXPECT_EQ(opening[0] + opening[1], 1.0);
   EXPECT_EQ(opening[2] + opening[3], 1.0);
-  bench.sensors.pressure_a_pa = std::numeric_limits<double>::quiet_NaN();
+  bench.sensors.value[pressure_a_channel] = std::numeric_limits<double>::quiet_NaN();
   const Decision d = bench.tick(4);
   EXPECT_EQ(d.rung, Rung::motor);
-  EXPECT_EQ(bench.left.coils, 0u);
-  EXPECT_TRUE(d.faults.has(Sensor::pressure_a, SensorFault::not_finite));
+  EXPECT_EQ(bench.left.switches, 0u);
+  EXPECT_TRUE(d.faults.has(pressure_a_channel, SensorFault::not_finite));
 }
 
 TEST(Ladder, WithoutAMotorAFailedPressureEndsInSafe) {
-  Bench bench({}, false);
+  Bench bench(actuator_ladder(), false);
   bench.tick(20);
-  bench.sensors.pressure_b_pa = std::numeric_limits<double>::quiet_NaN();
+  bench.sensors.value[pressure_b_channel] = std::numeric_limits<double>::quiet_NaN();
   const Decision d = bench.tick(4);
   EXPECT_EQ(d.rung, Rung::safe);
-  EXPECT_TRUE(d.safe_causes.has(Sensor::pressure_b, SensorFault::not_finite));
+  EXPECT_TRUE(d.safe_causes.has(pressure_b_channel, SensorFault::not_finite));
+}
+
+TEST(Ladder, IsRefusedWithoutBoundsForEveryChannel) {
+  LadderSettings settings = actuator_ladder();
+  settings.plausibility.channels.pop_back();
+  const Campaign campaign = read_campaign("rig", {{"nine_state"}, {"cycloidal"}});
+  const ScenarioConfig& scenario = campaign.scenarios.front();
+  for (const LadderSettings& lacking : {settings, LadderSettings{}})
+    EXPECT_THROW(make_ladder(campaign.variants.front(), scenario.trajectory, scenario.plane, lacking),
+                 std::invalid_argument);
 }
 
 TEST(Ladder, LatchesSafeWithinASlotOfEachDanger) {
@@ -123,23 +143,25 @@ TEST(Ladder, LatchesSafeWithinASlotOfEachDanger) {
     bench.tick(20);
     change(bench);
     const Decision d = bench.tick(ticks);
-    EXPECT_EQ(bench.left.coils, 0u);
-    EXPECT_EQ(bench.left.motor_force_n, 0.0);
+    EXPECT_EQ(bench.left.switches, 0u);
+    EXPECT_EQ(bench.left.continuous[0], 0.0);
     EXPECT_EQ(bench.ladder->counts().safe_entries, 1);
     return d.safe_causes;
   };
-  EXPECT_TRUE(after([](Bench& b) { b.sensors.position_m = NAN; }, 4).has(Sensor::position, SensorFault::not_finite));
-  EXPECT_TRUE(after([](Bench& b) { b.sensors.position_m = 0.11; }, 4).has(Sensor::position, SensorFault::rail));
+  EXPECT_TRUE(after([](Bench& b) { b.sensors.value[position_channel] = NAN; }, 4)
+                  .has(position_channel, SensorFault::not_finite));
+  EXPECT_TRUE(
+      after([](Bench& b) { b.sensors.value[position_channel] = 0.11; }, 4).has(position_channel, SensorFault::rail));
   EXPECT_TRUE(after([](Bench& b) { b.k += 21; }, 1).has(Fault::tick_gap));
   EXPECT_TRUE(after([](Bench& b) { b.sensors.node_was_safe = true; }, 1).has(Fault::node_safe));
   EXPECT_TRUE(after([](Bench& b) { b.ladder->request_stop(); }, 1).has(Fault::stopped));
-  EXPECT_TRUE(after([](Bench& b) { b.wanted.motor_force_n = NAN; }, 2).has(Fault::command_refused));
-  EXPECT_TRUE(after([](Bench& b) { b.wanted.coils = 0b0011; }, 2).has(Fault::command_refused));
-  EXPECT_TRUE(after([](Bench& b) { b.sensors.stale_ticks = 11; }, 1).has(Sensor::position, SensorFault::stale));
+  EXPECT_TRUE(after([](Bench& b) { b.wanted.continuous[0] = NAN; }, 2).has(Fault::command_refused));
+  EXPECT_TRUE(after([](Bench& b) { b.wanted.switches = 0b0011; }, 2).has(Fault::command_refused));
+  EXPECT_TRUE(after([](Bench& b) { b.sensors.stale_ticks = 11; }, 1).has(position_channel, SensorFault::stale));
   const auto moved = [](double to_m) {
     return [to_m](Bench& b) {
-      while (std::abs(b.sensors.position_m - to_m) > 1e-9) {
-        b.sensors.position_m += std::clamp(to_m - b.sensors.position_m, -2e-3, 2e-3);
+      while (std::abs(b.sensors.value[position_channel] - to_m) > 1e-9) {
+        b.sensors.value[position_channel] += std::clamp(to_m - b.sensors.value[position_channel], -2e-3, 2e-3);
         b.tick();
       }
     };
@@ -151,14 +173,14 @@ TEST(Ladder, LatchesSafeWithinASlotOfEachDanger) {
 TEST(Ladder, ReArmsOnlyByHandOnlyWhenSoundAndWithoutAJump) {
   Bench bench;
   bench.tick(20);
-  bench.sensors.position_m = NAN;
+  bench.sensors.value[position_channel] = NAN;
   bench.tick(4);
   EXPECT_EQ(bench.tick(200).rung, Rung::safe);
   bench.ladder->request_rearm();
   EXPECT_EQ(bench.tick().rung, Rung::safe);
   EXPECT_EQ(bench.ladder->counts().refused_rearms, 1);
-  bench.sensors.position_m = 0.03;              // it has moved, and reads again
-  EXPECT_EQ(bench.tick(200).rung, Rung::safe);  // never by itself
+  bench.sensors.value[position_channel] = 0.03;  // it has moved, and reads again
+  EXPECT_EQ(bench.tick(200).rung, Rung::safe);   // never by itself
   bench.ladder->request_rearm();
   EXPECT_EQ(bench.tick().rung, Rung::safe);  // its commands were decided before
   Decision d = bench.tick();
@@ -167,8 +189,8 @@ TEST(Ladder, ReArmsOnlyByHandOnlyWhenSoundAndWithoutAJump) {
   double before = 0.03;
   for (int i = 0; i < 1000; ++i) {
     d = bench.tick();
-    ASSERT_LT(std::abs(d.reference.position - before), 1e-3 * 0.11);  // twice the mean speed of the approach
-    before = d.reference.position;
+    ASSERT_LT(std::abs(d.reference.axis[0].value - before), 1e-3 * 0.11);  // twice the mean speed of the approach
+    before = d.reference.axis[0].value;
   }
   EXPECT_NEAR(before, 0.05, 1e-6);
 }
@@ -189,7 +211,7 @@ TEST(Ladder, KeepsCountOfTimeThroughSkippedTicks) {
   const ScenarioConfig& scenario = campaign.scenarios.front();
   const VariantConfig& variant = campaign.variants.front();
   struct Stumbling final : Plant {
-    Sensors read(double time_s) noexcept override {
+    Measurement read(double time_s) noexcept override {
       if (++reads % 200 == 0) clock.sleep_until(clock.now_s() + 6.2e-3);  // the machine stands still
       return plant->read(time_s);
     }
@@ -202,13 +224,14 @@ TEST(Ladder, KeepsCountOfTimeThroughSkippedTicks) {
   FakeClock clock;
   Stumbling plant(clock);
   plant.plant = make_plant(variant, scenario, 5);
-  const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, {}, nullptr);
+  const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, actuator_ladder(), nullptr);
   CommandLimits limits = make_limits(variant);
   Quiet quiet;
   ControlLoop loop(plant, clock, *ladder, limits, quiet);
-  loop.run(8000, tick_s);
+  loop.run(8000, actuator_timing.tick_s);
   EXPECT_GT(loop.counts().skipped, 150);
-  EXPECT_EQ(quiet.degraded, 0) << to_string(quiet.causes) << "; seen " << to_string(quiet.seen);
+  EXPECT_EQ(quiet.degraded, 0) << to_string(quiet.causes, actuator_description()) << "; seen "
+                               << to_string(quiet.seen, actuator_description());
 }
 
 TEST(Ladder, RefusesAReArmWhileTheSlideMoves) {
@@ -219,7 +242,7 @@ TEST(Ladder, RefusesAReArmWhileTheSlideMoves) {
   bench.sensors.node_was_safe = false;
   const auto slide = [&](double speed_m_s, int ticks) {
     for (int i = 0; i < ticks; ++i) {
-      bench.sensors.position_m += 1e-3 * speed_m_s;
+      bench.sensors.value[position_channel] += 1e-3 * speed_m_s;
       bench.tick();
     }
   };
@@ -245,24 +268,24 @@ TEST(Ladder, AStopIsForGood) {
 }
 
 TEST(Ladder, LowersForABoundedTimeIfTold) {
-  LadderSettings settings;
+  LadderSettings settings = actuator_ladder();
   settings.lowering_s = 0.1;
   Bench bench(settings);
   for (int i = 0; i < 100; ++i) {  // a slide that falls at 0.1 m/s
-    bench.sensors.position_m -= 1e-4;
+    bench.sensors.value[position_channel] -= 1e-4;
     bench.tick();
   }
   bench.ladder->request_stop();
   double braking = 0.0;
   for (int i = 0; i < 90; ++i) {
-    bench.sensors.position_m -= 1e-4;
+    bench.sensors.value[position_channel] -= 1e-4;
     bench.tick();
-    EXPECT_EQ(bench.left.coils, 0u);
-    braking = std::max(braking, bench.left.motor_force_n);
+    EXPECT_EQ(bench.left.switches, 0u);
+    braking = std::max(braking, bench.left.continuous[0]);
   }
   EXPECT_GT(braking, 2.0);  // against the motion
   bench.tick(20);
-  EXPECT_EQ(bench.left.motor_force_n, 0.0);
+  EXPECT_EQ(bench.left.continuous[0], 0.0);
 }
 
 TEST(Ladder, FindsNoFaultInASoundPlantWhateverItsPayloadFrictionAndFlow) {
@@ -278,14 +301,15 @@ TEST(Ladder, FindsNoFaultInASoundPlantWhateverItsPayloadFrictionAndFlow) {
     scenario.mismatch.flow = w.flow;
     const VariantConfig& variant = campaign.variants.front();
     const auto plant = make_plant(variant, scenario, 5);
-    const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, {}, nullptr);
+    const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, actuator_ladder(), nullptr);
     CommandLimits limits = make_limits(variant);
     FakeClock clock;
     Quiet quiet;
     ControlLoop loop(*plant, clock, *ladder, limits, quiet);
-    loop.run(20'000, tick_s);  // the motion, then holding for twelve seconds
+    loop.run(20'000, actuator_timing.tick_s);  // the motion, then holding for twelve seconds
     EXPECT_EQ(quiet.degraded, 0) << w.payload_kg << " " << w.friction << " " << w.flow << ": "
-                                 << to_string(quiet.causes) << "; seen " << to_string(quiet.seen);
+                                 << to_string(quiet.causes, actuator_description()) << "; seen "
+                                 << to_string(quiet.seen, actuator_description());
   }
 }
 
@@ -303,8 +327,8 @@ TEST(FaultTable, EveryFaultEndsWhereItShouldAndNothingOutOfRangeLeaves) {
     }
     if (f.fault.starts_with("position") && f.note != "re-armed") {
       EXPECT_EQ(f.last, Rung::safe);
-      EXPECT_EQ(f.final_command.coils, 0u);
-      EXPECT_EQ(f.final_command.motor_force_n, 0.0);
+      EXPECT_EQ(f.final_command.switches, 0u);
+      EXPECT_EQ(f.final_command.continuous[0], 0.0);
     }
     // What a single value shows is answered within one slot of its first sight.
     if (f.fault.find("garbage") != std::string::npos || f.fault.starts_with("position:off")) {

@@ -86,11 +86,11 @@ TEST(Mcap, RefusesOtherFilesAndNoticesASpoiltChunk) {
 
 TickRecord some_tick() {
   TickRecord t;
-  t.sensors = {1.234, 0.1 / 3, 150123.456789, 1e5 / 7, {0.05, -0.1, 1e5, 2e5}, false, 2};
-  t.decision.command = {0b1010, -1.0 / 3};
-  t.applied = {0b0010, 2.0 / 3};
+  t.sensors = {1.234, {0.1 / 3, 150123.456789, 1e5 / 7}, {0.05, -0.1, 1e5, 2e5}, false, 2};
+  t.decision.command = {0b1010, {-1.0 / 3}};
+  t.applied = {0b0010, {2.0 / 3}};
   t.decision.rung = Rung::dmpc;
-  t.decision.faults.add(Sensor::pressure_b, SensorFault::slew);
+  t.decision.faults.add(pressure_b_channel, SensorFault::slew);
   t.decision.safe_causes.add(Fault::aborted);
   t.decision.report.status = Status::deadline_reached;
   t.decision.solved = true;
@@ -102,9 +102,10 @@ TickRecord some_tick() {
 TEST(TickJson, KeepsEveryDigitThatAReplayNeeds) {
   const TickRecord tick = some_tick();
   std::string json;
-  tick_json(tick, json);
-  const TickRecord again = tick_from_json(json);
-  for (const TickField& field : tick_fields()) {
+  const TickFormat format(actuator_description());
+  format.json(tick, json);
+  const TickRecord again = format.from_json(json);
+  for (const TickField& field : format.fields()) {
     if (field.exact) {
       EXPECT_EQ(field.get(again), field.get(tick)) << field.name;
     } else if (std::isfinite(field.get(tick))) {
@@ -117,9 +118,10 @@ TEST(TickJson, KeepsEveryDigitThatAReplayNeeds) {
 
 TEST(TickJson, MatchesItsSchemaAndItsCsvHeading) {
   std::string json, line;
-  tick_json(some_tick(), json);
-  tick_csv(some_tick(), line);
-  const auto object = nlohmann::json::parse(json), schema = nlohmann::json::parse(tick_schema());
+  const TickFormat format(actuator_description());
+  format.json(some_tick(), json);
+  format.csv(some_tick(), line);
+  const auto object = nlohmann::json::parse(json), schema = nlohmann::json::parse(format.schema());
   EXPECT_EQ(object.size(), schema.at("properties").size());
   for (const auto& [key, value] : object.items()) EXPECT_TRUE(schema.at("properties").contains(key)) << key;
   EXPECT_EQ(std::count(line.begin(), line.end(), ','), static_cast<std::ptrdiff_t>(object.size()) - 1);
@@ -128,6 +130,7 @@ TEST(TickJson, MatchesItsSchemaAndItsCsvHeading) {
 TEST(RunLog, WritesTicksEventsAndABlackBoxWhenSafeIsLatched) {
   const Folder folder;
   RunLogSettings settings;
+  settings.system = &actuator_description();
   settings.folder = (folder / "").string();
   settings.start_ns = 1'700'000'000'000'000'000u;
   settings.about = {{"variant", "nine_state"}};
@@ -155,6 +158,7 @@ TEST(RunLog, NoticesADiskThatIsFullAndNeverWaitsForIt) {
   const Folder folder;
   std::filesystem::create_symlink("/dev/full", folder / "run.mcap");
   RunLogSettings settings;
+  settings.system = &actuator_description();
   settings.folder = (folder / "").string();
   settings.ring_ticks = 16;
   EXPECT_ANY_THROW(RunLog(settings, [](const TickRecord&) {}));  // found before the first tick

@@ -61,9 +61,9 @@ TEST(NodePacket, SequencesGoRound) {
 
 /// A plant that shows what it is told.
 struct Mirror final : SimulatedPlant {
-  Sensors read(double time_s) noexcept override { return {time_s, 0.02, 150e3, 120e3}; }
+  Measurement read(double time_s) noexcept override { return {time_s, 0.02, 150e3, 120e3}; }
   void write(const Command& c) noexcept override { last = c; }
-  double air_used_kg() const override { return 0; }
+  double consumed() const override { return 0; }
   Command last;
 };
 
@@ -99,17 +99,17 @@ TEST_F(NodeTest, AnswersARequestWithItsEchoInMicrovolts) {
 TEST_F(NodeTest, GoesSafeWithinTwentyMillisecondsOfTheLastCommandAndCountsIt) {
   open(0.0);
   node.take(packet(NodePacket::Type::command, 0b1001, 2'000'000), 0.010);
-  EXPECT_EQ(node.outputs().coils, 0b1001u);
-  EXPECT_NEAR(node.outputs().motor_force_n, 3.2, 1e-9);
+  EXPECT_EQ(node.outputs().switches, 0b1001u);
+  EXPECT_NEAR(node.outputs().continuous[0], 3.2, 1e-9);
   node.take(packet(NodePacket::Type::request), 0.025);  // asking is no command
   node.tick(0.0294);
-  EXPECT_EQ(node.outputs().coils, 0b1001u);
+  EXPECT_EQ(node.outputs().switches, 0b1001u);
   node.tick(0.0296);
   EXPECT_EQ(node.outputs(), Command{});
   EXPECT_EQ(node.log().timeouts, 1);
   EXPECT_EQ(node.take(packet(NodePacket::Type::request), 0.040)->words[4], 1);
   node.take(packet(NodePacket::Type::command, 0b0110, 0), 0.050);
-  EXPECT_EQ(node.outputs().coils, 0b0110u);
+  EXPECT_EQ(node.outputs().switches, 0b0110u);
   node.take(packet(NodePacket::Type::safe), 0.051);
   EXPECT_EQ(node.outputs(), Command{});
 }
@@ -121,10 +121,10 @@ TEST_F(NodeTest, IgnoresRepeatedOldAndForeignPackets) {
   node.take(second, 0.001);
   node.take(first, 0.002);
   node.take(second, 0.003);
-  EXPECT_EQ(node.outputs().coils, 0b0100u);
+  EXPECT_EQ(node.outputs().switches, 0b0100u);
   session = 8;
   node.take(packet(NodePacket::Type::command, 0b1000), 0.004);
-  EXPECT_EQ(node.outputs().coils, 0b0100u);
+  EXPECT_EQ(node.outputs().switches, 0b0100u);
   EXPECT_EQ(node.log().old_packets, 3);
 }
 
@@ -134,7 +134,7 @@ TEST_F(NodeTest, RefusesWhatItsOutputsCannotBe) {
   node.take(packet(NodePacket::Type::command, 0x10), 0.002);
   node.take(packet(NodePacket::Type::command, 0, 5'100'000), 0.003);
   EXPECT_EQ(node.log().refused, 2);
-  EXPECT_EQ(node.outputs().coils, 0b0001u);
+  EXPECT_EQ(node.outputs().switches, 0b0001u);
   node.tick(0.022);  // and neither counted as a command
   EXPECT_EQ(node.log().timeouts, 1);
 }
@@ -156,16 +156,16 @@ TEST(FaultyPlant, SpoilsWhatTheScriptSaysWhenItSays) {
       std::make_unique<Mirror>(),
       parse_faults({"position:offset=0.005@1+1", "pressure_a:off@1", "valves:swapped@1", "supply:lost@2"}), "two_way",
       1);
-  EXPECT_EQ(plant.read(0.5).position_m, 0.02);
+  EXPECT_EQ(plant.read(0.5).value[position_channel], 0.02);
   plant.write({0b0001, 1.0});
-  EXPECT_EQ(plant.outputs().coils, 0b0001u);
-  EXPECT_NEAR(plant.read(1.5).position_m, 0.025, 1e-12);
-  EXPECT_NEAR(plant.read(1.5).pressure_a_pa, 101325, 1e-6);
+  EXPECT_EQ(plant.outputs().switches, 0b0001u);
+  EXPECT_NEAR(plant.read(1.5).value[position_channel], 0.025, 1e-12);
+  EXPECT_NEAR(plant.read(1.5).value[pressure_a_channel], 101325, 1e-6);
   plant.write({0b0001, 1.0});
-  EXPECT_EQ(plant.outputs().coils, 0b0100u);
-  EXPECT_EQ(plant.read(2.5).position_m, 0.02);
+  EXPECT_EQ(plant.outputs().switches, 0b0100u);
+  EXPECT_EQ(plant.read(2.5).value[position_channel], 0.02);
   plant.write({0b0110, 1.0});  // swapped: exhaust B, fill A; without supply only exhaust B
-  EXPECT_EQ(plant.outputs().coils, 0b1000u);
+  EXPECT_EQ(plant.outputs().switches, 0b1000u);
 }
 
 TEST(Calibration, TurnsVoltsIntoQuantitiesAndBack) {
@@ -180,11 +180,11 @@ TEST(Calibration, TurnsVoltsIntoQuantitiesAndBack) {
   };
   auto owned = std::make_unique<Wires>();
   Wires& wires = *owned;
-  RigPlant plant(std::move(owned), {});
+  RigPlant plant(std::move(owned), {}, actuator_timing.tick_s);
   EXPECT_TRUE(wires.opened);
-  Sensors s = plant.read(0.0);
-  EXPECT_NEAR(s.position_m, 0.02, 1e-12);
-  EXPECT_NEAR(s.pressure_a_pa, 143325, 1e-9);
+  Measurement s = plant.read(0.0);
+  EXPECT_NEAR(s.value[position_channel], 0.02, 1e-12);
+  EXPECT_NEAR(s.value[pressure_a_channel], 143325, 1e-9);
   EXPECT_EQ(s.stale_ticks, 0);
   plant.write({0b11, 8.0});
   EXPECT_NEAR(wires.last.motor_v, 5.0, 1e-12);
@@ -209,7 +209,7 @@ TEST(RigFile, ReadsWiringAndRefusesWhatCannotBe) {
   EXPECT_EQ(rig.calibration.position.value(1.0), 0.06);
   EXPECT_EQ(rig.comedi.device, "/dev/comedi1");
   EXPECT_EQ(rig.comedi.watchdog_channel, 7);
-  EXPECT_EQ(rig.ladder.position_high_m, 0.09);
+  EXPECT_EQ(rig.ladder.limits[position_channel].high, 0.09);
   for (const char* bad : {"[calibration]\nposition = { gain = 0.0 }", "[comedi]\nvalves = { coils = [1, 1] }",
                           "[comedi]\nvalves = { coils = [1], watchdog = 1 }", "[limits]\nposition_high_m = -0.009",
                           "[comedi]\nnonsense = 1", "nonsense = 1"})

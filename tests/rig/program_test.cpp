@@ -77,7 +77,7 @@ TEST(Run, MovesTheTwinInRealTimeAndItsReplayGivesTheSameCommands) {
   }
   const ProgramRun csv = run_program({"export", log_of(folder)});
   EXPECT_EQ(std::count(csv.out.begin(), csv.out.end(), '\n'), ticks + 1);
-  log.ticks.back().applied.coils = 0b10000;  // of four
+  log.ticks.back().applied.switches = 0b10000;  // of four
   EXPECT_THROW(replay_same(log, recorded_task(log)), ConfigError);
 }
 
@@ -91,9 +91,9 @@ TEST(Run, NextSlotPlansTakeEffectAtSlotsAlone) {
   for (const TickRecord& t : read_run(log_of(folder)).ticks) {
     const auto k = std::llround(t.sensors.time_s / 1e-3);
     if (t.decision.rung == Rung::fresh && t.skipped == 0) {
-      EXPECT_TRUE(t.applied.coils == before || k % 5 == 0) << k;
+      EXPECT_TRUE(t.applied.switches == before || k % 5 == 0) << k;
     }
-    before = t.applied.coils;
+    before = t.applied.switches;
   }
   EXPECT_EQ(run_program({"replay", log_of(folder)}).exit_code, 0);
 }
@@ -246,8 +246,9 @@ TEST(Comedi, ClosesTheLoopThroughASubstituteBoard) {
   double largest_mm = 0.0;
   for (const TickRecord& t : log.ticks) {
     if (t.decision.safe_causes.has(Fault::stopped) || t.skipped > 20) break;  // no loop holds what is not looked at
-    largest_mm = std::max(largest_mm, 1e3 * std::abs(t.decision.reference.position - t.sensors.position_m));
-    const double level = (t.sensors.position_m - 0.05) / 0.012 / (10.0 / 8191) + 4095.5;
+    largest_mm =
+        std::max(largest_mm, 1e3 * std::abs(t.decision.reference.axis[0].value - t.sensors.value[position_channel]));
+    const double level = (t.sensors.value[position_channel] - 0.05) / 0.012 / (10.0 / 8191) + 4095.5;
     ASSERT_NEAR(level, std::round(level), 1e-6);  // the card's own steps
   }
   EXPECT_LT(largest_mm, 5.0);

@@ -2,7 +2,7 @@
 
 #include "controllers/factory.hpp"
 #include "controllers/systems/actuator/estimators/kalman.hpp"
-#include "controllers/timing.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
 
 #include <memory>
@@ -19,9 +19,9 @@ class DrawnWorld {
       : tuning_(tuning),
         random_(seed),
         model_(PneumaticActuator(), tuning.memory),
-        lag_(tuning.pressure_filter_hz, tick_s),
+        lag_(tuning.pressure_filter_hz, actuator_timing.tick_s),
         modes_(valve_modes("three_way", ActuatorParameters())),
-        timing_(modes_, tick_s) {
+        timing_(modes_, actuator_timing.tick_s) {
     VariantConfig variant;
     variant.motor = "pd";
     variant.integral.gain = 0.005;
@@ -40,24 +40,24 @@ class DrawnWorld {
   const SwitchedOf<PneumaticActuator>& opening() const { return opening_; }
   double motor_n() const { return motor_n_; }
 
-  Sensors sensors() {
-    Sensors s{time_s_, x_[position], output(lag_a_), output(lag_b_), {x_[0], x_[1], x_[2], x_[3]}, true};
-    s.position_m += std::sqrt(tuning_.position_variance()) * draw();
-    s.pressure_a_pa += tuning_.pressure_sigma_pa * draw();
-    s.pressure_b_pa += tuning_.pressure_sigma_pa * draw();
+  Measurement sensors() {
+    Measurement s{time_s_, {x_[position], output(lag_a_), output(lag_b_)}, {x_[0], x_[1], x_[2], x_[3]}, true};
+    s.value[position_channel] += std::sqrt(tuning_.position_variance()) * draw();
+    s.value[pressure_a_channel] += tuning_.pressure_sigma_pa * draw();
+    s.value[pressure_b_channel] += tuning_.pressure_sigma_pa * draw();
     return s;
   }
 
   /// To the next tick, under the command the controller gives for these sensors (and their truth).
-  void advance(const Sensors& s) {
+  void advance(const Measurement& s) {
     const Command command = controller_->step(s).command;
-    lines_.command(command.coils, timing_);
+    lines_.command(command.switches, timing_);
     std::ranges::copy(modes_.point(lines_.effective()), opening_.begin());
-    motor_n_ = command.motor_force_n;
+    motor_n_ = command.continuous[0];
     lines_.advance(1);
-    time_s_ += tick_s;
+    time_s_ += actuator_timing.tick_s;
     const auto before = x_;
-    x_ = model_.step<double>(x_, opening_, {motor_n_}, tick_s);
+    x_ = model_.step<double>(x_, opening_, {motor_n_}, actuator_timing.tick_s);
     disturb();
     advance(lag_a_, before[pressure_a], x_[pressure_a]);
     advance(lag_b_, before[pressure_b], x_[pressure_b]);
@@ -66,12 +66,15 @@ class DrawnWorld {
  private:
   using Lag = std::array<double, PressureLag::size>;
   double draw() { return normal_(random_); }
-  static double renewal(double memory_s) { return std::sqrt(1.0 - std::pow(1.0 - tick_s / memory_s, 2)); }
+  static double renewal(double memory_s) {
+    return std::sqrt(1.0 - std::pow(1.0 - actuator_timing.tick_s / memory_s, 2));
+  }
 
   void disturb() {
-    const double root = std::sqrt(tick_s);
+    const double root = std::sqrt(actuator_timing.tick_s);
     if (x_[velocity] != 0.0)
-      x_[velocity] += tick_s / ActuatorParameters().equivalent_mass_kg() * tuning_.force_white_n * draw();
+      x_[velocity] +=
+          actuator_timing.tick_s / ActuatorParameters().equivalent_mass_kg() * tuning_.force_white_n * draw();
     x_[pressure_a] += tuning_.pressure_drift_pa * root * draw();
     x_[pressure_b] += tuning_.pressure_drift_pa * root * draw();
     x_[disturbance] += tuning_.force_sigma_n * renewal(tuning_.memory.force_s) * draw();

@@ -31,7 +31,7 @@ ModeSet four_of(const ModeSet& all) {
 
 }  // namespace
 
-FourCandidates::FourCandidates(const PneumaticActuator& model, const ModeSet& modes, int steps)
+FourCandidates::FourCandidates(const PneumaticActuator& model, const ModeSet& modes, double tick_s, int steps)
     : problem_(model, four_of(modes), Horizon{tick_s, {steps}}, Cost<PneumaticActuator>{.tracking = {1.0, 0.0}}),
       plan_(problem_) {
   solver_.prepare(problem_);
@@ -42,8 +42,8 @@ SwitchPattern FourCandidates::search(const ActuatorState& state, const DelayLine
   problem_.initial = problem_.model.nearest_valid(state);
   problem_.lines = lines;
   for (std::size_t j = 0; j < problem_.reference.size(); ++j) {
-    const ReferenceSample ahead = reference.at(time_s + static_cast<double>(j + 1) * tick_s);
-    problem_.reference[j] = {ahead.position, ahead.velocity};
+    const MotionSample ahead = reference.at(time_s + static_cast<double>(j + 1) * problem_.horizon.dt_s).axis[0];
+    problem_.reference[j] = {ahead.value, ahead.rate};
   }
   const SolveReport report = solver_.solve(problem_, plan_, Deadline::never());
   return usable(report.status) ? problem_.modes.pattern(plan_.modes.front()) : SwitchPattern{0};

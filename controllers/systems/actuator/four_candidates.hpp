@@ -1,6 +1,5 @@
 #pragma once
 
-#include "controllers/timing.hpp"
 #include "core/mpc/problem.hpp"
 #include "core/reference/restartable.hpp"
 #include "core/systems/actuator/dynamics.hpp"
@@ -14,7 +13,7 @@ namespace solenoid {
 class FourCandidates {
  public:
   /// May allocate and throw.
-  FourCandidates(const PneumaticActuator& model, const ModeSet& modes, int steps = 100);
+  FourCandidates(const PneumaticActuator& model, const ModeSet& modes, double tick_s, int steps = 100);
 
   /// The coils to hold from now: state, commands in flight, reference from `time_s` on. No allocation or exception.
   SwitchPattern search(const ActuatorState& state, const DelayLines& lines, const RestartableReference& reference,

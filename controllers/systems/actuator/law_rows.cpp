@@ -10,12 +10,12 @@
 namespace solenoid {
 namespace {
 
-template <class Law, class... Settings>
-std::unique_ptr<Controller> make_law(const VariantConfig& v, const Trajectory& reference, Plane plane,
-                                     const Settings&... settings) {
+/// make(modes) is the law over the variant's valves.
+template <class Make>
+std::unique_ptr<Controller> make_law(const VariantConfig& v, const Motion& reference, Plane plane, Make make) {
   const auto model = make_model<PneumaticActuator>(v, plane);
   return make_shell(v, reference, plane,
-                    LawController<Law>(model, Law(settings..., valve_modes(v.valves, model.parameters()))));
+                    LawController(model, make_motor(v, model), make(valve_modes(v.valves, model.parameters()))));
 }
 
 void check_motor(TableReader& table, const VariantConfig& v) {
@@ -42,24 +42,34 @@ std::vector<LawRow> make_law_rows() {
                   .summary = "PID on pulse widths of two 3/2 valves: van Varseveld and Bone 1997",
                   .groups = {"pulse_width"},
                   .valves = {"three_way"},
-                  .make = [](const VariantConfig& v, const Trajectory& reference,
-                             Plane plane) { return make_law<PulseWidthPid>(v, reference, plane, v.pulse_width); },
+                  .make =
+                      [](const VariantConfig& v, const Motion& reference, Plane plane) {
+                        return make_law(v, reference, plane, [&](const ModeSet& modes) {
+                          return PulseWidthPid(v.pulse_width, modes, v.timing.tick_s);
+                        });
+                      },
                   .check = check_motor});
   rows.push_back({.name = "three_mode_sliding",
                   .summary = "three modes by the sign of a sliding surface: Nguyen et al. 2007",
                   .groups = {"sliding"},
                   .valves = closing,
-                  .make = [](const VariantConfig& v, const Trajectory& reference,
-                             Plane plane) { return make_law<ThreeModeSliding>(v, reference, plane, v.sliding); },
+                  .make =
+                      [](const VariantConfig& v, const Motion& reference, Plane plane) {
+                        return make_law(v, reference, plane,
+                                        [&](const ModeSet& modes) { return ThreeModeSliding(v.sliding, modes); });
+                      },
                   .check = check_motor});
-  rows.push_back(
-      {.name = "switching_hybrid",
-       .summary = "the cylinder by sliding mode for larger errors, the motor always: Takemura et al. 2000",
-       .groups = {"sliding", "phases"},
-       .valves = closing,
-       .make = [](const VariantConfig& v, const Trajectory& reference,
-                  Plane plane) { return make_law<SwitchingHybrid>(v, reference, plane, v.phases, v.sliding); },
-       .check = check_switching_hybrid});
+  rows.push_back({.name = "switching_hybrid",
+                  .summary = "the cylinder by sliding mode for larger errors, the motor always: Takemura et al. 2000",
+                  .groups = {"sliding", "phases"},
+                  .valves = closing,
+                  .make =
+                      [](const VariantConfig& v, const Motion& reference, Plane plane) {
+                        return make_law(v, reference, plane, [&](const ModeSet& modes) {
+                          return SwitchingHybrid(v.phases, v.sliding, modes);
+                        });
+                      },
+                  .check = check_switching_hybrid});
   return rows;
 }
 

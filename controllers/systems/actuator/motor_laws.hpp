@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/reference/trajectory.hpp"
+#include "core/reference/motion.hpp"
 #include "core/systems/actuator/prestabilised.hpp"
 
 #include <variant>
@@ -11,9 +11,9 @@ namespace solenoid {
 class PdMotor {
  public:
   PdMotor(const PneumaticActuator& model, const MotorGains& gains) : model_(model), gains_(gains) {}
-  double force(const ReferenceSample& desired, const ActuatorState& x) const {
-    return model_.saturated_motor_force(gains_.proportional * (desired.position - x[position]) +
-                                        gains_.derivative * (desired.velocity - x[velocity]));
+  double force(const MotionSample& desired, const ActuatorState& x) const {
+    return model_.saturated_motor_force(gains_.proportional * (desired.value - x[position]) +
+                                        gains_.derivative * (desired.rate - x[velocity]));
   }
 
  private:
@@ -31,13 +31,13 @@ class InverseDynamicsMotor {
     model_.set_load(payload_kg, external_force_n);
     external_n_ = external_force_n;
   }
-  double force(const ReferenceSample& desired, const ActuatorState& x) const {
+  double force(const MotionSample& desired, const ActuatorState& x) const {
     const ActuatorParameters& p = model_.parameters();
     const double v = x[velocity];
     const double friction = p.coulomb_friction_n * ((v > 0) - (v < 0)) + p.viscous_friction * v;
     return model_.saturated_motor_force(
-        p.equivalent_mass_kg() * desired.acceleration + gains_.proportional * (desired.position - x[position]) +
-        gains_.derivative * (desired.velocity - x[velocity]) - model_.cylinder_force(x[pressure_a], x[pressure_b]) -
+        p.equivalent_mass_kg() * desired.acceleration + gains_.proportional * (desired.value - x[position]) +
+        gains_.derivative * (desired.rate - x[velocity]) - model_.cylinder_force(x[pressure_a], x[pressure_b]) -
         model_.gravity_force(x[position]) - external_n_ + friction);
   }
 
@@ -49,10 +49,15 @@ class InverseDynamicsMotor {
 
 /// No motor: the cylinder alone.
 struct NoMotor {
-  double force(const ReferenceSample&, const ActuatorState&) const { return 0.0; }
+  double force(const MotionSample&, const ActuatorState&) const { return 0.0; }
 };
 
 /// Any of them, chosen when a variant is read.
 using MotorLaw = std::variant<NoMotor, PdMotor, InverseDynamicsMotor>;
+
+/// The motor's force by its law alone.
+inline double law_force(const MotorLaw& motor, const ReferenceSample& desired, const ActuatorState& x) noexcept {
+  return std::visit([&](const auto& law) { return law.force(desired.axis[0], x); }, motor);
+}
 
 }  // namespace solenoid

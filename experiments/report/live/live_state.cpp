@@ -27,7 +27,7 @@ Json numbers(const std::vector<double>& values) {
 
 }  // namespace
 
-LiveState::LiveState(const Campaign& campaign, const std::string& folder, bool only_new) {
+LiveState::LiveState(const Campaign& campaign, const std::string& folder, bool only_new) : format_(*campaign.system) {
   results_.folder = folder;
   results_.campaign = campaign;
   results_.manifest = {{"campaign", campaign.name}, {"status", "running"}};
@@ -105,7 +105,7 @@ std::string LiveState::trace(const std::string& id) {
 
 void LiveState::take_tick(const std::string& json) {
   try {
-    const TickRecord tick = tick_from_json(json);
+    const TickRecord tick = format_.from_json(json);
     const std::lock_guard lock(mutex_);
     if (!ticks_.empty() && tick.sensors.time_s <= ticks_.back().sensors.time_s) {
       ticks_.clear();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "experiments/report/report_data.hpp"
+#include "experiments/rig/log/tick_fields.hpp"
 
 #include <chrono>
 #include <filesystem>
@@ -39,6 +40,7 @@ class LiveState {
 
   std::mutex mutex_;
   Results results_;
+  TickFormat format_;
   std::map<std::string, RunCurves> curves_;
   std::map<std::string, std::filesystem::file_time_type> left_aside_;
   std::string manifest_text_, json_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/rt/recorder.hpp"
+#include "core/system/description.hpp"
 
 #include <map>
 #include <string>
@@ -10,6 +11,7 @@ namespace solenoid {
 
 /// A log of `solenoid run`, read back.
 struct RecordedRun {
+  const SystemDescription* system = nullptr;
   std::map<std::string, std::string> about, summary;
   std::vector<TickRecord> ticks;
   std::vector<std::string> events;  ///< "TIME KIND TEXT"

@@ -4,7 +4,6 @@
 #include "core/rt/process_setup.hpp"
 #include "experiments/base/build_info.hpp"
 #include "experiments/base/files.hpp"
-#include "experiments/rig/log/tick_fields.hpp"
 
 #include <cerrno>
 #include <cmath>
@@ -30,6 +29,7 @@ constexpr int live_every = 10;   // ticks
 
 RunLog::RunLog(RunLogSettings settings, std::function<void(const TickRecord&)> keep)
     : settings_(std::move(settings)),
+      format_(*settings_.system),
       keep_(std::move(keep)),
       path_(settings_.folder + "/" + settings_.name + ".mcap"),
       ring_(settings_.ring_ticks) {
@@ -38,8 +38,9 @@ RunLog::RunLog(RunLogSettings settings, std::function<void(const TickRecord&)> k
   if (!settings_.udp_ports.empty()) live_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   mcap_ = std::make_unique<McapWriter>([this](std::string_view bytes) { write_file(bytes); },
                                        "solenoid " + build_info().version);
+  settings_.about["system"] = settings_.system->name;
   mcap_->write_metadata("run", settings_.about);
-  tick_channel_ = mcap_->add_channel("tick", "solenoid.tick", tick_schema());
+  tick_channel_ = mcap_->add_channel("tick", "solenoid.tick", format_.schema());
   event_channel_ = mcap_->add_channel("event", "solenoid.event", event_schema);
   thread_ = std::thread([this] { work(); });
 }
@@ -90,7 +91,7 @@ void RunLog::drain() {
 
 void RunLog::take(const TickRecord& tick) {
   keep_(tick);
-  tick_json(tick, json_);
+  format_.json(tick, json_);
   mcap_->write(tick_channel_, time_ns(tick.sensors.time_s), json_);
   if (live_ >= 0 && ticks_ % live_every == 0) send_live(json_);
   ++ticks_;
@@ -102,12 +103,14 @@ void RunLog::take(const TickRecord& tick) {
 void RunLog::note_changes(const TickRecord& tick) {
   const double t = tick.sensors.time_s;
   if (tick.skipped > 0) event(t, "skipped", fmt::format("{} ticks", tick.skipped));
-  if (tick.decision.faults.bits() & ~faults_.bits()) event(t, "fault", to_string(tick.decision.faults));
+  if (tick.decision.faults.bits() & ~faults_.bits())
+    event(t, "fault", to_string(tick.decision.faults, *settings_.system));
   faults_ = tick.decision.faults;
   if (tick.decision.rung == rung_) return;
   rung_ = tick.decision.rung;
   const bool safe = rung_ == Rung::safe;
-  event(t, "rung", std::string(to_string(rung_)) + (safe ? ": " + to_string(tick.decision.safe_causes) : ""));
+  event(t, "rung",
+        std::string(to_string(rung_)) + (safe ? ": " + to_string(tick.decision.safe_causes, *settings_.system) : ""));
   FaultSet stopped;
   stopped.add(Fault::stopped);
   if (safe && tick.decision.safe_causes != stopped) dump_black_box();
@@ -119,8 +122,8 @@ void RunLog::event(double time_s, const char* kind, const std::string& text) {
 }
 
 void RunLog::dump_black_box() {
-  std::string csv = tick_csv_heading();
-  for (const TickRecord& tick : last_) tick_csv(tick, csv);
+  std::string csv = format_.csv_heading();
+  for (const TickRecord& tick : last_) format_.csv(tick, csv);
   write_file_atomically(fmt::format("{}/{}-fault-{}.csv", settings_.folder, settings_.name, ++dumps_), csv);
   mcap_->flush();
 }

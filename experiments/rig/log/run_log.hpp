@@ -4,6 +4,7 @@
 #include "core/rt/recorder.hpp"
 #include "core/rt/ring.hpp"
 #include "experiments/rig/log/mcap_writer.hpp"
+#include "experiments/rig/log/tick_fields.hpp"
 
 #include <atomic>
 #include <deque>
@@ -20,6 +21,7 @@ namespace solenoid {
 
 /// Where a run's records go.
 struct RunLogSettings {
+  const SystemDescription* system = nullptr;
   std::string folder;  ///< of `NAME.mcap` and, after a fault, `NAME-fault-1.csv`
   std::string name = "run";
   std::uint64_t start_ns = 0;                ///< wall time of tick 0
@@ -65,6 +67,7 @@ class RunLog {
   std::uint64_t time_ns(double time_s) const;
 
   RunLogSettings settings_;
+  TickFormat format_;
   std::function<void(const TickRecord&)> keep_;
   std::string path_;
   int file_ = -1, live_ = -1;

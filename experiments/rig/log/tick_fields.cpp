@@ -2,7 +2,6 @@
 
 #include "core/config/reader.hpp"
 
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -21,62 +20,101 @@ void assign(T& target, double value) {
     target = static_cast<T>(value);
 }
 
-#define SOLENOID_FIELD(name, meaning, member, exact)                                  \
-  TickField {                                                                         \
-    name, meaning, [](const TickRecord& t) { return static_cast<double>(t.member); }, \
-        [](TickRecord& t, double v) { assign(t.member, v); }, exact                   \
-  }
+/// Collects fields; `at(tick)` refers to the member.
+struct Fields {
+  std::vector<TickField>& all;
 
-constexpr std::array fields = {
-    SOLENOID_FIELD("time_s", "since the run began", sensors.time_s, true),
-    SOLENOID_FIELD("position_m", "measured", sensors.position_m, true),
-    SOLENOID_FIELD("pressure_a_pa", "measured, absolute", sensors.pressure_a_pa, true),
-    SOLENOID_FIELD("pressure_b_pa", "measured, absolute", sensors.pressure_b_pa, true),
-    SOLENOID_FIELD("stale_ticks", "age of the measurement", sensors.stale_ticks, true),
-    SOLENOID_FIELD("node_was_safe", "1: the I/O had gone to its safe state", sensors.node_was_safe, true),
-    SOLENOID_FIELD("ideal", "1: controllers read the true state", sensors.ideal, true),
-    SOLENOID_FIELD("true_position_m", "simulated plants only", sensors.truth[0], true),
-    SOLENOID_FIELD("true_velocity_m_s", "simulated plants only", sensors.truth[1], true),
-    SOLENOID_FIELD("true_pressure_a_pa", "simulated plants only", sensors.truth[2], true),
-    SOLENOID_FIELD("true_pressure_b_pa", "simulated plants only", sensors.truth[3], true),
-    SOLENOID_FIELD("reference_m", "desired position", decision.reference.position, true),
-    SOLENOID_FIELD("reference_m_s", "desired velocity", decision.reference.velocity, false),
-    SOLENOID_FIELD("estimate_m", "position", decision.estimate[0], false),
-    SOLENOID_FIELD("estimate_m_s", "velocity", decision.estimate[1], false),
-    SOLENOID_FIELD("estimate_a_pa", "pressure", decision.estimate[2], false),
-    SOLENOID_FIELD("estimate_b_pa", "pressure", decision.estimate[3], false),
-    SOLENOID_FIELD("payload_kg", "estimated", decision.detail.payload_kg, false),
-    SOLENOID_FIELD("disturbance_n", "estimated", decision.detail.disturbance_n, false),
-    SOLENOID_FIELD("offset_m", "integral offset of the valves' reference", decision.offset_m, false),
-    SOLENOID_FIELD("coils_decided", "before the limits, a bit a coil", decision.command.coils, true),
-    SOLENOID_FIELD("motor_decided_n", "before the limits", decision.command.motor_force_n, true),
-    SOLENOID_FIELD("coils", "written, a bit a coil", applied.coils, true),
-    SOLENOID_FIELD("motor_n", "written", applied.motor_force_n, true),
-    SOLENOID_FIELD("rung", "0 fresh, 1 shifted, 2 dmpc, 3 motor, 4 safe", decision.rung, true),
-    SOLENOID_FIELD("plan_age", "ticks since the plan in force began", decision.plan_age, true),
-    TickField{"faults", "seen in this tick, a bit each",
-              [](const TickRecord& t) { return static_cast<double>(t.decision.faults.bits()); },
-              [](TickRecord& t, double v) { t.decision.faults = FaultSet(static_cast<std::uint64_t>(v)); }, true},
-    TickField{"safe_causes", "what latched SAFE, a bit each",
-              [](const TickRecord& t) { return static_cast<double>(t.decision.safe_causes.bits()); },
-              [](TickRecord& t, double v) { t.decision.safe_causes = FaultSet(static_cast<std::uint64_t>(v)); }, true},
-    SOLENOID_FIELD("solved", "1: a plan arrived", decision.solved, true),
-    SOLENOID_FIELD("ticket", "tick its problem was posed in", decision.ticket, true),
-    SOLENOID_FIELD("solve_status", "0 optimal, 1 feasible, 2 deadline, 3 iterations, 4 infeasible, 5 numerical",
-                   decision.report.status, true),
-    SOLENOID_FIELD("solve_cost", "of the plan", decision.report.cost, false),
-    SOLENOID_FIELD("solve_bound", "proven", decision.report.bound, false),
-    SOLENOID_FIELD("solve_nodes", "blocks rolled out, or iterations", decision.report.nodes, true),
-    SOLENOID_FIELD("solve_us", "time of the solve", decision.report.time_us, false),
-    SOLENOID_FIELD("anticipated", "1: the solve began from a linearisation made before the measurement",
-                   decision.report.anticipated, true),
-    SOLENOID_FIELD("late_us", "from due to begun", timing.late_us, false),
-    SOLENOID_FIELD("read_us", "reading the plant", timing.read_us, false),
-    SOLENOID_FIELD("control_us", "controller and limits", timing.control_us, false),
-    SOLENOID_FIELD("write_us", "writing the plant", timing.write_us, false),
-    SOLENOID_FIELD("skipped", "ticks left out before this one", skipped, true),
+  template <class At>
+  void add(std::string name, std::string meaning, At at, bool exact) const {
+    all.push_back({std::move(name), std::move(meaning),
+                   [at](const TickRecord& t) { return static_cast<double>(at(const_cast<TickRecord&>(t))); },
+                   [at](TickRecord& t, double v) { assign(at(t), v); }, exact});
+  }
+  /// Half of a set of faults.
+  template <class At>
+  void add_faults(std::string name, std::string meaning, At at, int shift) const {
+    constexpr std::uint64_t half = 0xffffffffu;
+    all.push_back({std::move(name), std::move(meaning),
+                   [at, shift](const TickRecord& t) {
+                     return static_cast<double>((at(const_cast<TickRecord&>(t)).bits() >> shift) & half);
+                   },
+                   [at, shift](TickRecord& t, double v) {
+                     FaultSet& set = at(t);
+                     set |= FaultSet((static_cast<std::uint64_t>(v) & half) << shift);
+                   },
+                   true});
+  }
 };
-#undef SOLENOID_FIELD
+#define AT(member) \
+  [=](TickRecord & t) -> auto& { return t.member; }
+
+void add_measurement(const Fields& fields, const SystemDescription& s) {
+  fields.add("time_s", "since the run began", AT(sensors.time_s), true);
+  for (std::size_t i = 0; i < s.channels.size(); ++i)
+    fields.add(s.channels[i].key, s.channels[i].meaning, AT(sensors.value[i]), true);
+  fields.add("stale_ticks", "age of the measurement", AT(sensors.stale_ticks), true);
+  fields.add("node_was_safe", "1: the I/O had gone to its safe state", AT(sensors.node_was_safe), true);
+  fields.add("ideal", "1: controllers read the true state", AT(sensors.ideal), true);
+  for (std::size_t i = 0; i < s.states.size(); ++i)
+    fields.add(s.states[i].key, "simulated plants only", AT(sensors.truth[i]), true);
+}
+
+void add_decision(const Fields& fields, const SystemDescription& s) {
+  const std::size_t axes = s.axes.size();
+  for (std::size_t a = 0; a < axes; ++a)
+    fields.add(s.reference_keys[a], "desired " + s.axes[a].signal.label, AT(decision.reference.axis[a].value), true);
+  for (std::size_t a = 0; a < axes; ++a)
+    fields.add(s.reference_keys[axes + a], "desired " + s.axes[a].rate_label, AT(decision.reference.axis[a].rate),
+               false);
+  for (std::size_t i = 0; i < s.states.size(); ++i)
+    fields.add(s.estimate_keys[i], s.states[i].meaning, AT(decision.estimate[i]), false);
+  for (std::size_t i = 0; i < s.beliefs.size(); ++i)
+    fields.add(s.beliefs[i].key, "estimated", AT(decision.detail.belief[i]), false);
+  for (std::size_t a = 0; a < axes; ++a)
+    fields.add(s.axes[a].offset_key, "integral offset of the reference of the switches", AT(decision.offset[a]), false);
+}
+
+void add_commands(const Fields& fields, const SystemDescription& s) {
+  const std::string bits = fmt::format("a bit a {}", s.switch_noun);
+  fields.add(s.switches_key + "_decided", "before the limits, " + bits, AT(decision.command.switches), true);
+  for (std::size_t i = 0; i < s.continuous.size(); ++i)
+    fields.add(s.decided_keys[i], "before the limits", AT(decision.command.continuous[i]), true);
+  fields.add(s.switches_key, "written, " + bits, AT(applied.switches), true);
+  for (std::size_t i = 0; i < s.continuous.size(); ++i)
+    fields.add(s.continuous[i].key, "written", AT(applied.continuous[i]), true);
+}
+
+void add_ladder(const Fields& fields, const SystemDescription& s) {
+  fields.add("rung", "0 fresh, 1 shifted, 2 dmpc, 3 motor, 4 safe", AT(decision.rung), true);
+  fields.add("plan_age", "ticks since the plan in force began", AT(decision.plan_age), true);
+  fields.add_faults("faults", "seen in this tick, a bit each", AT(decision.faults), 0);
+  fields.add_faults("safe_causes", "what latched SAFE, a bit each", AT(decision.safe_causes), 0);
+  if (s.channels.size() <= FaultSet::channels_below) return;
+  fields.add_faults("faults_more", "of the channels from the fourth on", AT(decision.faults), 32);
+  fields.add_faults("safe_causes_more", "of the channels from the fourth on", AT(decision.safe_causes), 32);
+}
+
+void add_solve(const Fields& fields) {
+  fields.add("solved", "1: a plan arrived", AT(decision.solved), true);
+  fields.add("ticket", "tick its problem was posed in", AT(decision.ticket), true);
+  fields.add("solve_status", "0 optimal, 1 feasible, 2 deadline, 3 iterations, 4 infeasible, 5 numerical",
+             AT(decision.report.status), true);
+  fields.add("solve_cost", "of the plan", AT(decision.report.cost), false);
+  fields.add("solve_bound", "proven", AT(decision.report.bound), false);
+  fields.add("solve_nodes", "blocks rolled out, or iterations", AT(decision.report.nodes), true);
+  fields.add("solve_us", "time of the solve", AT(decision.report.time_us), false);
+  fields.add("anticipated", "1: the solve began from a linearisation made before the measurement",
+             AT(decision.report.anticipated), true);
+}
+
+void add_timing(const Fields& fields) {
+  fields.add("late_us", "from due to begun", AT(timing.late_us), false);
+  fields.add("read_us", "reading the plant", AT(timing.read_us), false);
+  fields.add("control_us", "controller and limits", AT(timing.control_us), false);
+  fields.add("write_us", "writing the plant", AT(timing.write_us), false);
+  fields.add("skipped", "ticks left out before this one", AT(skipped), true);
+}
+#undef AT
 
 void append_number(std::string& out, double value, bool exact, const char* none) {
   if (!std::isfinite(value))
@@ -89,12 +127,20 @@ void append_number(std::string& out, double value, bool exact, const char* none)
 
 }  // namespace
 
-std::span<const TickField> tick_fields() { return fields; }
+TickFormat::TickFormat(const SystemDescription& system) : system_(&system) {
+  const Fields fields{fields_};
+  add_measurement(fields, system);
+  add_decision(fields, system);
+  add_commands(fields, system);
+  add_ladder(fields, system);
+  add_solve(fields);
+  add_timing(fields);
+}
 
-void tick_json(const TickRecord& tick, std::string& out) {
+void TickFormat::json(const TickRecord& tick, std::string& out) const {
   out.clear();
   out += '{';
-  for (const TickField& field : fields) {
+  for (const TickField& field : fields_) {
     if (out.size() > 1) out += ',';
     out += '"';
     out += field.name;
@@ -104,11 +150,11 @@ void tick_json(const TickRecord& tick, std::string& out) {
   out += '}';
 }
 
-TickRecord tick_from_json(std::string_view json) {
+TickRecord TickFormat::from_json(std::string_view json) const {
   TickRecord tick;
   try {
     const auto object = nlohmann::json::parse(json);
-    for (const TickField& field : fields) {
+    for (const TickField& field : fields_) {
       const auto value = object.find(field.name);
       if (value == object.end()) continue;
       field.set(tick, value->is_null() ? std::numeric_limits<double>::quiet_NaN() : value->get<double>());
@@ -119,16 +165,16 @@ TickRecord tick_from_json(std::string_view json) {
   return tick;
 }
 
-std::string tick_schema() {
+std::string TickFormat::schema() const {
   nlohmann::ordered_json properties;
-  for (const TickField& field : fields)
+  for (const TickField& field : fields_)
     properties[field.name] = {{"type", nlohmann::json::array({"number", "null"})}, {"description", field.meaning}};
   return nlohmann::ordered_json{{"title", "solenoid.tick"}, {"type", "object"}, {"properties", properties}}.dump();
 }
 
-std::string tick_csv_heading() {
+std::string TickFormat::csv_heading() const {
   std::string line;
-  for (const TickField& field : fields) {
+  for (const TickField& field : fields_) {
     if (!line.empty()) line += ',';
     line += field.name;
   }
@@ -136,9 +182,9 @@ std::string tick_csv_heading() {
   return line;
 }
 
-void tick_csv(const TickRecord& tick, std::string& out) {
+void TickFormat::csv(const TickRecord& tick, std::string& out) const {
   bool first = true;
-  for (const TickField& field : fields) {
+  for (const TickField& field : fields_) {
     if (!first) out += ',';
     first = false;
     append_number(out, field.get(tick), field.exact, "");
@@ -146,9 +192,9 @@ void tick_csv(const TickRecord& tick, std::string& out) {
   out += '\n';
 }
 
-std::string tick_csv_text(std::span<const TickRecord> ticks) {
-  std::string text = tick_csv_heading();
-  for (const TickRecord& tick : ticks) tick_csv(tick, text);
+std::string TickFormat::csv_text(std::span<const TickRecord> ticks) const {
+  std::string text = csv_heading();
+  for (const TickRecord& tick : ticks) csv(tick, text);
   return text;
 }
 

@@ -17,14 +17,14 @@ namespace {
 /// A plant that takes as long as it is told, on a clock that it moves; and the controller and recorder beside it.
 struct SlowWorld final : Plant, Controller {
   explicit SlowWorld(FakeClock& shared) : clock(shared) {}
-  Sensors read(double time_s) noexcept override {
+  Measurement read(double time_s) noexcept override {
     spend(reading_s, time_s);
     return {.time_s = time_s};
   }
-  Decision step(const Sensors& sensors) noexcept override {
+  Decision step(const Measurement& sensors) noexcept override {
     spend(deciding_s, sensors.time_s);
     Decision d;
-    d.command = {0b1001, 3.0};
+    d.command = {0b1001, {3.0}};
     return d;
   }
   void applied(const Command& command) noexcept override { told.push_back(command); }
@@ -49,7 +49,7 @@ struct SlowWorld final : Plant, Controller {
 struct LoopTest : testing::Test {
   FakeClock clock;
   SlowWorld world{clock};
-  CommandLimits limits{valve_modes("two_way", {}), 2.0};
+  CommandLimits limits{valve_modes("two_way", {}), {2.0}};
   ControlLoop<FakeClock, SlowWorld> loop{world, clock, world, limits, world};
 };
 
@@ -81,24 +81,24 @@ TEST_F(LoopTest, EndsWhenToldAndTellsTheControllerWhatLeft) {
   loop.run(1000, 1e-3, [&] { return ++ticks == 3; });
   EXPECT_EQ(loop.counts().ticks, 3);
   ASSERT_EQ(world.told.size(), 3u);
-  EXPECT_EQ(world.told[0].motor_force_n, 2.0);  // 3 N wanted, 2 N allowed
+  EXPECT_EQ(world.told[0].continuous[0], 2.0);  // 3 N wanted, 2 N allowed
   EXPECT_EQ(world.told, world.written);
 }
 
 TEST(CommandLimits, RatesSlowTheWayOutButNeverTheWayBack) {
-  CommandLimits limits(valve_modes("two_way", {}), 8.0, {.motor_n_per_tick = 3.0, .coil_period_ticks = 5});
-  EXPECT_EQ(limits.checked({0, 8.0}).motor_force_n, 3.0);
-  EXPECT_EQ(limits.checked({0, 8.0}).motor_force_n, 6.0);
-  EXPECT_EQ(limits.checked({0, 0.0}).motor_force_n, 0.0);  // to rest at once
-  EXPECT_EQ(limits.checked({0, 8.0}).motor_force_n, 3.0);
-  EXPECT_EQ(limits.checked({0, -8.0}).motor_force_n, 0.0);  // across zero at the rate
+  CommandLimits limits(valve_modes("two_way", {}), {8.0}, {.continuous_per_tick = 3.0, .switch_period_ticks = 5});
+  EXPECT_EQ(limits.checked({0, {8.0}}).continuous[0], 3.0);
+  EXPECT_EQ(limits.checked({0, {8.0}}).continuous[0], 6.0);
+  EXPECT_EQ(limits.checked({0, {0.0}}).continuous[0], 0.0);  // to rest at once
+  EXPECT_EQ(limits.checked({0, {8.0}}).continuous[0], 3.0);
+  EXPECT_EQ(limits.checked({0, {-8.0}}).continuous[0], 0.0);  // across zero at the rate
   EXPECT_EQ(limits.slowed(), 4);
-  EXPECT_EQ(limits.checked({0b0001, 0}).coils, 0b0001u);
-  EXPECT_EQ(limits.checked({0b0000, 0}).coils, 0b0000u);  // off at once
-  EXPECT_EQ(limits.checked({0b0001, 0}).coils, 0b0000u);  // on again only five ticks after the last time
-  EXPECT_EQ(limits.checked({0b0101, 0}).coils, 0b0100u);  // another coil is free
-  EXPECT_EQ(limits.checked({0b0101, 0}).coils, 0b0100u);
-  EXPECT_EQ(limits.checked({0b0101, 0}).coils, 0b0101u);
+  EXPECT_EQ(limits.checked({0b0001, {0}}).switches, 0b0001u);
+  EXPECT_EQ(limits.checked({0b0000, {0}}).switches, 0b0000u);  // off at once
+  EXPECT_EQ(limits.checked({0b0001, {0}}).switches, 0b0000u);  // on again only five ticks after the last time
+  EXPECT_EQ(limits.checked({0b0101, {0}}).switches, 0b0100u);  // another coil is free
+  EXPECT_EQ(limits.checked({0b0101, {0}}).switches, 0b0100u);
+  EXPECT_EQ(limits.checked({0b0101, {0}}).switches, 0b0101u);
   EXPECT_EQ(limits.refused(), 0);
 }
 

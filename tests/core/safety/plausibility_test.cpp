@@ -1,5 +1,8 @@
 #include "core/safety/plausibility.hpp"
 
+#include "core/systems/actuator/signals.hpp"
+
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -15,10 +18,11 @@ constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 /// Sound sensors of a slide moving slowly, with their noise; a test spoils some of them.
 class SoundSensors {
  public:
-  Sensors next() {
+  Measurement next() {
     const double t = 1e-3 * tick_++;
-    return {t, 0.05 + 0.02 * std::sin(t) + 2e-5 * normal_(random_),
-            150e3 + 2e3 * std::sin(3 * t) + 40 * normal_(random_), 140e3 + 40 * normal_(random_)};
+    const double y = 0.05 + 0.02 * std::sin(t) + 2e-5 * normal_(random_);
+    const double a = 150e3 + 2e3 * std::sin(3 * t) + 40 * normal_(random_), b = 140e3 + 40 * normal_(random_);
+    return {.time_s = t, .value = {y, a, b}};
   }
 
  private:
@@ -27,97 +31,116 @@ class SoundSensors {
   std::normal_distribution<double> normal_;
 };
 
+/// A potentiometer and two pressures between atmosphere and supply, as the thesis's rig has them.
+PlausibilitySettings three_channels() {
+  SensorBounds position{-0.0095, 0.1095, -0.01, 0.11, 3e-5, 2.5e-3, 3e-5};
+  position.stuck_ticks = 100;
+  SensorBounds pressure{60e3, 310e3, 101325.0 - 210e3, 101325.0 + 210e3, 1e3, 30e3, 150.0};
+  pressure.stuck_change = 25e3;
+  pressure.supply_low = 101325 - 50e3, pressure.supply_high = 251325 + 50e3;
+  PlausibilitySettings settings;
+  settings.channels = {position, pressure, pressure};
+  return settings;
+}
+
 struct PlausibilityTest : testing::Test {
-  Plausibility::Verdict check(const Sensors& s, std::array<double, 2> expected = {},
-                              std::array<double, 3> innovations = {1, 1, 1}) {
+  Plausibility::Verdict check(const Measurement& s, const ChannelValues& expected = {},
+                              const ChannelValues& innovations = {1, 1, 1}) {
     return plausibility.check(s, expected, innovations);
   }
   /// Ticks until the sensor has failed when `spoil` acts on every tick; -1: not within a second.
   template <class Spoil>
-  int ticks_to_failure(Sensor sensor, SensorFault kind, Spoil spoil) {
+  int ticks_to_failure(std::size_t sensor, SensorFault kind, Spoil spoil) {
     for (int i = 0; i < 500; ++i) check(sound.next());
     for (int i = 1; i <= 1000; ++i) {
-      Sensors s = sound.next();
+      Measurement s = sound.next();
       spoil(s, i);
       const auto verdict = check(s);
       if (verdict.failed.any(sensor)) {
-        EXPECT_TRUE(verdict.failed.has(sensor, kind)) << to_string(verdict.failed);
+        EXPECT_TRUE(verdict.failed.has(sensor, kind)) << to_string(verdict.failed, actuator_description());
         return i;
       }
     }
     return -1;
   }
-  PlausibilitySettings settings;
-  Plausibility plausibility{settings, 101325, 251325};
+  PlausibilitySettings settings = three_channels();
+  Plausibility plausibility{settings};
   SoundSensors sound;
 };
 
 TEST_F(PlausibilityTest, BelievesSoundSensors) {
   for (int i = 0; i < 20'000; ++i) {
     const auto verdict = check(sound.next());
-    ASSERT_TRUE(verdict.sound()) << i << " " << to_string(verdict.seen);
-    ASSERT_TRUE(std::isfinite(verdict.sensors.position_m + verdict.sensors.pressure_a_pa));
+    ASSERT_TRUE(verdict.sound()) << i << " " << to_string(verdict.seen, actuator_description());
+    ASSERT_TRUE(std::isfinite(verdict.measured.value[position_channel] + verdict.measured.value[pressure_a_channel]));
   }
 }
 
 TEST_F(PlausibilityTest, FindsWhatASingleValueShowsAfterItsPatience) {
   const int patient = settings.patience_ticks + 1;
-  EXPECT_EQ(
-      ticks_to_failure(Sensor::position, SensorFault::not_finite, [](Sensors& s, int) { s.position_m = nan_value; }),
-      patient);
-  plausibility.reset();
-  EXPECT_EQ(ticks_to_failure(Sensor::position, SensorFault::rail, [](Sensors& s, int) { s.position_m = 0.11; }),
+  EXPECT_EQ(ticks_to_failure(position_channel, SensorFault::not_finite,
+                             [](Measurement& s, int) { s.value[position_channel] = nan_value; }),
             patient);
   plausibility.reset();
-  EXPECT_EQ(ticks_to_failure(Sensor::position, SensorFault::range, [](Sensors& s, int) { s.position_m = -0.0097; }),
+  EXPECT_EQ(ticks_to_failure(position_channel, SensorFault::rail,
+                             [](Measurement& s, int) { s.value[position_channel] = 0.11; }),
             patient);
   plausibility.reset();
-  EXPECT_EQ(ticks_to_failure(Sensor::position, SensorFault::slew, [](Sensors& s, int) { s.position_m += 0.02; }),
+  EXPECT_EQ(ticks_to_failure(position_channel, SensorFault::range,
+                             [](Measurement& s, int) { s.value[position_channel] = -0.0097; }),
             patient);
   plausibility.reset();
-  EXPECT_EQ(ticks_to_failure(Sensor::pressure_a, SensorFault::rail, [](Sensors& s, int) { s.pressure_a_pa = 311325; }),
+  EXPECT_EQ(ticks_to_failure(position_channel, SensorFault::slew,
+                             [](Measurement& s, int) { s.value[position_channel] += 0.02; }),
             patient);
   plausibility.reset();
-  EXPECT_EQ(ticks_to_failure(Sensor::pressure_b, SensorFault::range, [](Sensors& s, int) { s.pressure_b_pa = 20e3; }),
+  EXPECT_EQ(ticks_to_failure(pressure_a_channel, SensorFault::rail,
+                             [](Measurement& s, int) { s.value[pressure_a_channel] = 311325; }),
             patient);
   plausibility.reset();
-  EXPECT_EQ(ticks_to_failure(Sensor::pressure_b, SensorFault::slew,
-                             [](Sensors& s, int i) { s.pressure_b_pa += i % 2 ? 5e5 : -5e5; }),
+  EXPECT_EQ(ticks_to_failure(pressure_b_channel, SensorFault::range,
+                             [](Measurement& s, int) { s.value[pressure_b_channel] = 20e3; }),
+            patient);
+  plausibility.reset();
+  EXPECT_EQ(ticks_to_failure(pressure_b_channel, SensorFault::slew,
+                             [](Measurement& s, int i) { s.value[pressure_b_channel] += i % 2 ? 5e5 : -5e5; }),
             patient);
 }
 
 TEST_F(PlausibilityTest, FindsValuesThatStopArriving) {
-  EXPECT_EQ(ticks_to_failure(Sensor::position, SensorFault::stale, [](Sensors& s, int i) { s.stale_ticks = i; }),
+  EXPECT_EQ(ticks_to_failure(position_channel, SensorFault::stale, [](Measurement& s, int i) { s.stale_ticks = i; }),
             settings.stale_ticks + 1);
 }
 
 TEST_F(PlausibilityTest, FindsAStuckPotentiometerByItsMissingNoise) {
   double held = 0.0;
-  const auto stick = [&](Sensors& s, int i) {
-    if (i == 1) held = s.position_m;
-    s.position_m = held;
+  const auto stick = [&](Measurement& s, int i) {
+    if (i == 1) held = s.value[position_channel];
+    s.value[position_channel] = held;
   };
-  EXPECT_EQ(ticks_to_failure(Sensor::position, SensorFault::stuck, stick), settings.stuck_ticks + 1);
+  EXPECT_EQ(ticks_to_failure(position_channel, SensorFault::stuck, stick), settings.channels[0].stuck_ticks + 1);
 }
 
 TEST_F(PlausibilityTest, FindsAStuckPressureOnceTheModelMovesIt) {
   for (int i = 0; i < 2000; ++i) {  // blocked chambers may well show the same number for long
-    Sensors s = sound.next();
-    s.pressure_a_pa = 150e3;
+    Measurement s = sound.next();
+    s.value[pressure_a_channel] = 150e3;
     ASSERT_TRUE(check(s).failed.empty());
   }
   int ticks = 0;
   for (; ticks < 1000; ++ticks) {
-    Sensors s = sound.next();
-    s.pressure_a_pa = 150e3;
-    if (check(s, {2e3, 0}).failed.has(Sensor::pressure_a, SensorFault::stuck)) break;
+    Measurement s = sound.next();
+    s.value[pressure_a_channel] = 150e3;
+    if (check(s, {0, 2e3, 0}).failed.has(pressure_a_channel, SensorFault::stuck)) break;
   }
-  EXPECT_EQ(ticks, static_cast<int>(settings.stuck_pa / 2e3) + settings.stuck_lag_ticks);
+  EXPECT_EQ(ticks, static_cast<int>(settings.channels[1].stuck_change / 2e3) + settings.stuck_lag_ticks);
 }
 
 TEST_F(PlausibilityTest, FindsPressuresThatNoChamberCanHold) {
-  EXPECT_EQ(ticks_to_failure(Sensor::pressure_a, SensorFault::supply,
-                             [](Sensors& s, int i) { s.pressure_a_pa = std::min(305e3, s.pressure_a_pa + 20e3 * i); }),
+  EXPECT_EQ(ticks_to_failure(pressure_a_channel, SensorFault::supply,
+                             [](Measurement& s, int i) {
+                               s.value[pressure_a_channel] = std::min(305e3, s.value[pressure_a_channel] + 20e3 * i);
+                             }),
             settings.supply_ticks + 8);  // after the ramp that keeps the slew plausible
 }
 
@@ -128,29 +151,29 @@ TEST_F(PlausibilityTest, FindsASensorAtOddsWithTheOthers) {
   int ticks = 1;
   while (ticks < 100 && check(sound.next(), {}, {1, 1, 80}).failed.empty()) ++ticks;
   EXPECT_LT(ticks, settings.innovation_ticks);
-  EXPECT_TRUE(check(sound.next()).failed.has(Sensor::pressure_b, SensorFault::innovation));
+  EXPECT_TRUE(check(sound.next()).failed.has(pressure_b_channel, SensorFault::innovation));
 }
 
 TEST_F(PlausibilityTest, LeavesASingleBadValueOutAndGoesOn) {
   for (int i = 0; i < 5000; ++i) {
-    Sensors s = sound.next();
-    if (i % 100 == 99) s.position_m = nan_value;
+    Measurement s = sound.next();
+    if (i % 100 == 99) s.value[position_channel] = nan_value;
     const auto verdict = check(s);
     ASSERT_TRUE(verdict.failed.empty()) << i;
-    ASSERT_EQ(std::isfinite(verdict.sensors.position_m), i % 100 != 99);
+    ASSERT_EQ(std::isfinite(verdict.measured.value[position_channel]), i % 100 != 99);
   }
 }
 
 TEST_F(PlausibilityTest, FailsASensorThatIsOftenBadAndRemembersUntilReset) {
-  EXPECT_GT(ticks_to_failure(Sensor::position, SensorFault::not_finite,
-                             [](Sensors& s, int i) {
-                               if (i % 10 == 0) s.position_m = nan_value;
+  EXPECT_GT(ticks_to_failure(position_channel, SensorFault::not_finite,
+                             [](Measurement& s, int i) {
+                               if (i % 10 == 0) s.value[position_channel] = nan_value;
                              }),
             0);
   for (int i = 0; i < 3000; ++i) {
     const auto verdict = check(sound.next());
-    ASSERT_TRUE(verdict.failed.has(Sensor::position, SensorFault::not_finite));
-    ASSERT_TRUE(std::isnan(verdict.sensors.position_m));
+    ASSERT_TRUE(verdict.failed.has(position_channel, SensorFault::not_finite));
+    ASSERT_TRUE(std::isnan(verdict.measured.value[position_channel]));
   }
   plausibility.reset();
   EXPECT_TRUE(check(sound.next()).sound());
@@ -158,14 +181,26 @@ TEST_F(PlausibilityTest, FailsASensorThatIsOftenBadAndRemembersUntilReset) {
 
 TEST(FaultSet, NamesWhatItHolds) {
   FaultSet set;
-  EXPECT_EQ(to_string(set), "none");
-  set.add(Sensor::pressure_b, SensorFault::innovation);
-  set.add(Sensor::position, SensorFault::not_finite);
+  EXPECT_EQ(to_string(set, actuator_description()), "none");
+  set.add(pressure_b_channel, SensorFault::innovation);
+  set.add(position_channel, SensorFault::not_finite);
   set.add(Fault::position_limit);
   set.add(Fault::aborted);
-  EXPECT_EQ(to_string(set), "position not finite, pressure B innovation, position limit, aborted");
-  EXPECT_TRUE(set.any(Sensor::position));
-  EXPECT_FALSE(set.any(Sensor::pressure_a));
+  EXPECT_EQ(to_string(set, actuator_description()),
+            "position not finite, pressure B innovation, position limit, aborted");
+  EXPECT_TRUE(set.any(position_channel));
+  EXPECT_FALSE(set.any(pressure_a_channel));
+}
+
+TEST(FaultSet, KeepsTheChannelsOfAnySystemApart) {
+  for (std::size_t channel = 0; channel < max_channels; ++channel)
+    for (int kind = 0; kind < sensor_fault_kinds; ++kind) {
+      FaultSet set;
+      set.add(channel, static_cast<SensorFault>(kind));
+      EXPECT_EQ(std::popcount(set.bits()), 1);
+      for (std::size_t other = 0; other < max_channels; ++other) EXPECT_EQ(set.any(other), other == channel);
+      for (int fault = 0; fault < other_faults; ++fault) EXPECT_FALSE(set.has(static_cast<Fault>(fault)));
+    }
 }
 
 }  // namespace

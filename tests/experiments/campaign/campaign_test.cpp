@@ -3,6 +3,7 @@
 #include "core/config/reader.hpp"
 #include "experiments/report/ranking.hpp"
 #include "tests/experiments/program_under_test.hpp"
+#include "tests/support/actuator_metrics.hpp"
 
 #include <cmath>
 #include <set>
@@ -102,8 +103,8 @@ TEST(Campaign, HashFollowsWhatTheResultDependsOn) {
 
 RunRecord record(const std::string& variant, const std::string& scenario, double rmse_mm) {
   RunRecord r{variant, scenario, "sine", 0.0, 1, "ok", {}};
-  Metrics m;
-  m.rmse_mm = rmse_mm;
+  Metrics m = no_metrics();
+  m["rmse_mm"] = rmse_mm;
   if (rmse_mm > 0)
     r.metrics = m;
   else
@@ -113,13 +114,13 @@ RunRecord record(const std::string& variant, const std::string& scenario, double
 
 TEST(RunRecord, SurvivesJsonAndCsv) {
   Campaign campaign = read_campaign("default");
-  Metrics m;
-  m.rmse_mm = 0.1 + 0.2;
-  m.coil_switches = 12;
+  Metrics m = no_metrics();
+  m["rmse_mm"] = 0.1 + 0.2;
+  m["coil_switches"] = 12;
   m.solve_us.p999 = 1.0 / 3.0;
   const RunRecord ok = record_of(campaign, campaign.runs[5], m);
   const RunRecord back = record_from_json(nlohmann::ordered_json::parse(to_json(ok).dump()));
-  EXPECT_EQ(back.metrics->rmse_mm, 0.1 + 0.2);
+  EXPECT_EQ(back.metrics->number("rmse_mm"), 0.1 + 0.2);
   EXPECT_EQ(back.metrics->solve_us.p999, 1.0 / 3.0);
   EXPECT_EQ(to_csv(std::vector{back}), to_csv(std::vector{ok}));
   EXPECT_THAT(to_csv(std::vector{ok}), HasSubstr("0.30000000000000004"));
@@ -129,7 +130,7 @@ TEST(RunRecord, UnstableAndFailedRunsHaveAStatusAndNoMetrics) {
   Campaign campaign = read_campaign("default");
   Metrics wild, infinite;
   wild.finite = false;
-  infinite.itae = std::numeric_limits<double>::infinity();
+  infinite["itae"] = std::numeric_limits<double>::infinity();
   const RunRecord failed = failed_record(campaign, campaign.runs[0], "no, \"never\"");
   EXPECT_EQ(record_of(campaign, campaign.runs[0], wild).status, "unstable");
   EXPECT_EQ(record_of(campaign, campaign.runs[0], infinite).status, "unstable");

@@ -75,9 +75,11 @@ TEST(Compare, JsonIsOneObjectWithTheNamesOfTheDesign) {
                                             "proven_optimal_fraction"};
   for (const json& run : result.at("runs")) {
     for (const std::string& name : numbers) EXPECT_TRUE(run.at(name).is_number()) << name;
-    for (const char* name : {"variant", "scenario", "trajectory", "status"}) EXPECT_TRUE(run.at(name).is_string());
+    for (const char* name : {"system", "variant", "scenario", "trajectory", "status"})
+      EXPECT_TRUE(run.at(name).is_string());
     for (const char* name : {"p50", "p90", "p99", "p999", "max"}) EXPECT_TRUE(run.at("solve_us").at(name).is_number());
-    EXPECT_EQ(run.size(), numbers.size() + 5);
+    EXPECT_EQ(run.size(), numbers.size() + 6);
+    EXPECT_EQ(run.at("system"), "actuator");
     EXPECT_EQ(run.at("status"), "ok");
   }
   const auto rows = read_csv(text_of(folder.file("o/runs.csv")));

@@ -6,6 +6,7 @@
 #include "experiments/report/pareto.hpp"
 #include "experiments/report/ranking.hpp"
 #include "tests/experiments/program_under_test.hpp"
+#include "tests/support/actuator_metrics.hpp"
 
 #include <cmath>
 #include <set>
@@ -117,10 +118,10 @@ std::vector<RunRecord> runs_on_an_ensemble(int members) {
                   0.0,
                   1,
                   "ok",
-                  Metrics{}};
-      r.metrics->rmse_mm = scale * (i % 2 ? 0.01 : 0.04);
-      r.metrics->switches_per_s = 10 / scale;
-      r.metrics->air_g = 1;
+                  no_metrics()};
+      (*r.metrics)["rmse_mm"] = scale * (i % 2 ? 0.01 : 0.04);
+      (*r.metrics)["switches_per_s"] = 10 / scale;
+      (*r.metrics)["air_g"] = 1;
       runs.push_back(r);
     }
   return runs;

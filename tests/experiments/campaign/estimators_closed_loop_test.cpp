@@ -1,5 +1,5 @@
-#include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/campaign/simulate.hpp"
 
 #include <cmath>
@@ -46,16 +46,16 @@ Errors errors(const RunResult& run, double payload_kg) {
   Errors e;
   const auto n = static_cast<double>(run.ticks.size());
   for (const TickRecord& t : run.ticks) {
-    const ActuatorState& x = t.decision.estimate;
-    const ActuatorState& truth = t.sensors.truth;
+    const ActuatorState x = actuator_state(t.decision.estimate);
+    const ActuatorState truth = actuator_state(t.sensors.truth);
     e.position_mm += 1e6 * std::pow(x[position] - truth[position], 2) / n;
     const auto squares = [&](double a_pa, double b_pa) {
       return 0.5e-6 * (std::pow(a_pa - truth[pressure_a], 2) + std::pow(b_pa - truth[pressure_b], 2)) / n;
     };
     e.pressure_kpa += squares(x[pressure_a], x[pressure_b]);
-    e.read_pressure_kpa += squares(t.sensors.pressure_a_pa, t.sensors.pressure_b_pa);
+    e.read_pressure_kpa += squares(t.sensors.value[pressure_a_channel], t.sensors.value[pressure_b_channel]);
     if (t.sensors.time_s >= 2.0)  // the motion begins at once: a second of it, and one to spare
-      e.payload_kg = std::max(e.payload_kg, std::abs(t.decision.detail.payload_kg - payload_kg));
+      e.payload_kg = std::max(e.payload_kg, std::abs(t.decision.detail.belief[payload_belief] - payload_kg));
   }
   e.position_mm = std::sqrt(e.position_mm);
   e.pressure_kpa = std::sqrt(e.pressure_kpa);
@@ -107,7 +107,7 @@ TEST(EkfWithoutPayload, SeesPositionThroughAHiddenPayloadAsAForce) {
 double mean_rmse_on_the_twin_mm(const std::string& variant, double payload_kg) {
   const ScenarioConfig task = on_the_twin(sine(payload_kg));
   double sum = 0.0;
-  for (const std::uint64_t seed : {1, 2, 3}) sum += simulate(shipped(variant), task, seed).metrics.rmse_mm;
+  for (const std::uint64_t seed : {1, 2, 3}) sum += simulate(shipped(variant), task, seed).metrics["rmse_mm"];
   return sum / 3;
 }
 
@@ -134,8 +134,8 @@ TEST(IdealSensing, BypassesEveryEstimator) {
 
 TEST(Latency, ForecastMakesUpForAPlanThatTakesAPeriod) {
   const std::string base = "motor = 'pd'\nintegral = { gain = 0.005 }\nestimator = 'payload_ekf'\nlatency_ticks = ";
-  const double at_once = simulate(shipped("thesis_pd", base + "0"), sine(0.0), 1).metrics.rmse_mm;
-  const double late = simulate(shipped("thesis_pd", base + "5"), sine(0.0), 1).metrics.rmse_mm;
+  const double at_once = simulate(shipped("thesis_pd", base + "0"), sine(0.0), 1).metrics["rmse_mm"];
+  const double late = simulate(shipped("thesis_pd", base + "5"), sine(0.0), 1).metrics["rmse_mm"];
   EXPECT_NE(at_once, late);
   EXPECT_LT(late, 2.0 * at_once);
 }

@@ -24,10 +24,10 @@ TEST(RobustVariants, StayAheadWhenTheModelIsWrong) {
       const Metrics m = simulate(shipped_variant(name), campaign.scenarios[s], 1).metrics;
       ASSERT_TRUE(m.finite) << name << ", " << campaign.scenarios[s].name;
       Pooled& p = pooled[name];
-      p.log_rmse += std::log(m.rmse_mm);
-      p.worst_mm = std::max(p.worst_mm, m.rmse_mm);
-      p.switches_per_s += m.switches_per_s;
-      p.air_g += m.air_g;
+      p.log_rmse += std::log(m["rmse_mm"]);
+      p.worst_mm = std::max(p.worst_mm, m["rmse_mm"]);
+      p.switches_per_s += m["switches_per_s"];
+      p.air_g += m["air_g"];
     }
   const Pooled &thesis = pooled["thesis_pd"], &robust = pooled["nine_robust"];
   EXPECT_LE(std::exp((robust.log_rmse - thesis.log_rmse) / members), 1.0 / 8);
@@ -58,11 +58,11 @@ TEST(RobustVariants, HoldTheArmStillWithoutAirOrSwitches) {
                                          {0.46, 3u}}) {
     scenario.payload_kg = payload_kg;
     const RunResult run = simulate(variant, scenario, seed);
-    EXPECT_LE(run.metrics.sse_mean_abs_mm, 0.03) << payload_kg;
+    EXPECT_LE(run.metrics["sse_mean_abs_mm"], 0.03) << payload_kg;
     int switches = 0, filling = 0;
     for (std::size_t i = run.ticks.size() - 1000; i < run.ticks.size(); ++i) {
-      switches += run.ticks[i].applied.coils != run.ticks[i - 1].applied.coils;
-      const auto opening = modes.point(run.ticks[i].applied.coils);
+      switches += run.ticks[i].applied.switches != run.ticks[i - 1].applied.switches;
+      const auto opening = modes.point(run.ticks[i].applied.switches);
       filling += opening[fill_a] > 0 || opening[fill_b] > 0;
     }
     EXPECT_EQ(switches, 0) << payload_kg;

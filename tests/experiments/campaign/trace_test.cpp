@@ -83,11 +83,11 @@ TEST(Trace, DrawsTheSameErrorsAsTheRunHad) {
   const std::vector<TickRecord> ticks = ticks_of(trace, valve_modes(variant.valves, variant.nominal));
   double squares = 0.0;
   for (std::size_t i = 0; i < ticks.size(); ++i) {
-    const double error = 1e3 * (ticks[i].decision.reference.position - ticks[i].sensors.truth[position]);
+    const double error = 1e3 * (ticks[i].decision.reference.axis[0].value - ticks[i].sensors.truth[position]);
     squares += error * error;
-    ASSERT_EQ(ticks[i].applied.coils, simulated().ticks[i].applied.coils);
+    ASSERT_EQ(ticks[i].applied.switches, simulated().ticks[i].applied.switches);
   }
-  EXPECT_NEAR(std::sqrt(squares / static_cast<double>(ticks.size())), simulated().metrics.rmse_mm, 1e-4);
+  EXPECT_NEAR(std::sqrt(squares / static_cast<double>(ticks.size())), simulated().metrics["rmse_mm"], 1e-4);
 }
 
 TEST(Trace, CylinderForceIsThePlantsOwn) {

@@ -111,7 +111,7 @@ TEST(ProfileInstances, AnInstanceIsWhatTheClosedLoopPosed) {
     const InstanceRecord& record = variant.records[i];
     const auto& posed = all.at(i * every);
     EXPECT_TRUE(record.reference.empty()) << "no window of the motion";
-    EXPECT_NEAR(record.offset_m, solved.at(i * every)->decision.offset_m, 1e-12);
+    EXPECT_NEAR(record.offset_m, solved.at(i * every)->decision.offset[0], 1e-12);
     EXPECT_EQ(record.initial, posed.initial);
     EXPECT_EQ(record.lines, posed.lines);
     EXPECT_EQ(record.warm_modes, posed.warm_start.modes);
@@ -120,7 +120,7 @@ TEST(ProfileInstances, AnInstanceIsWhatTheClosedLoopPosed) {
     pose(small_set(), record, problem, plan);
     for (std::size_t j = 0; j < problem.reference.size(); ++j)
       EXPECT_NEAR(problem.reference[j][0], posed.reference[j][0], 2e-12);
-    followed += problem.modes.pattern(record.plan_modes[0]) == solved.at(i * every)->decision.command.coils;
+    followed += problem.modes.pattern(record.plan_modes[0]) == solved.at(i * every)->decision.command.switches;
   }
   EXPECT_EQ(followed, 30);
 }
@@ -243,8 +243,8 @@ duration_s = 0.5
     if (!t.decision.solved) continue;
     const InstanceRecord& record = variant.records[solve++];
     ASSERT_TRUE(record.load);
-    EXPECT_EQ(record.load->payload_kg, t.decision.detail.payload_kg);
-    EXPECT_EQ(record.load->external_force_n, t.decision.detail.disturbance_n);
+    EXPECT_EQ(record.load->payload_kg, t.decision.detail.belief[payload_belief]);
+    EXPECT_EQ(record.load->external_force_n, t.decision.detail.belief[disturbance_belief]);
   }
   expect_recorded_plans<PrestabilisedActuator>(set, variant, 1);
   std::string bytes = instance_bytes(set);

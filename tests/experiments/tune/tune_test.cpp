@@ -2,6 +2,7 @@
 
 #include "core/config/reader.hpp"
 #include "tests/experiments/program_under_test.hpp"
+#include "tests/support/actuator_metrics.hpp"
 
 #include <cmath>
 
@@ -42,10 +43,10 @@ TEST(FreeParameter, WhatIsNoRangeIsRefusedWithWhatIs) {
 }
 
 RunRecord record(const std::string& scenario, double rmse_mm, double switches, double air_g) {
-  RunRecord r{"v", scenario, "sine", 0.0, 1, "ok", Metrics{}};
-  r.metrics->rmse_mm = rmse_mm;
-  r.metrics->switches_per_s = switches;
-  r.metrics->air_g = air_g;
+  RunRecord r{"v", scenario, "sine", 0.0, 1, "ok", no_metrics()};
+  (*r.metrics)["rmse_mm"] = rmse_mm;
+  (*r.metrics)["switches_per_s"] = switches;
+  (*r.metrics)["air_g"] = air_g;
   return r;
 }
 
@@ -64,9 +65,9 @@ TEST(TuneScore, IsTheLogOfTheGeometricMeanPlusEffortBeyondTheLimits) {
 
 TEST(TuneScore, OfStepsIsTheDistanceToNoOvershootAndNoErrorInUnitsOfTable52) {
   std::vector<RunRecord> runs = {record("a", 6, 10, 1), record("b", 6, 10, 1)};
-  runs[0].metrics->overshoot_percent = 21;
-  runs[0].metrics->sse_max_abs_mm = 2;
-  runs[1].metrics->sse_max_abs_mm = 6;
+  (*runs[0].metrics)["overshoot_percent"] = 21;
+  (*runs[0].metrics)["sse_max_abs_mm"] = 2;
+  (*runs[1].metrics)["sse_max_abs_mm"] = 6;
   const Score s = score_of(runs, {20, 2}, TuneAim::step);
   EXPECT_EQ(s.overshoot_percent, 10.5);
   EXPECT_EQ(s.sse_mm, 4.0);

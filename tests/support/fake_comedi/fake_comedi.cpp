@@ -98,10 +98,11 @@ int comedi_do_insnlist(comedi_t*, comedi_insnlist* list) {
     for (;;) std::this_thread::sleep_for(std::chrono::seconds(1));
   if (board->fails && read >= board->fault_at) return -1;
   const std::lock_guard lock(board->mutex);
-  const Sensors s = board->plant->read(board->now_s());
+  const Measurement s = board->plant->read(board->now_s());
   const Calibration& c = board->calibration;
-  const std::array<double, 8> wires = {c.position.volts(s.position_m), c.pressure_a.volts(s.pressure_a_pa),
-                                       c.pressure_b.volts(s.pressure_b_pa)};
+  const std::array<double, 8> wires = {c.position.volts(s.value[position_channel]),
+                                       c.pressure_a.volts(s.value[pressure_a_channel]),
+                                       c.pressure_b.volts(s.value[pressure_b_channel])};
   for (unsigned i = 0; i < list->n_insns; ++i) {
     const comedi_insn& in = list->insns[i];
     if (in.insn != INSN_READ || in.subdev != analog_in || CR_CHAN(in.chanspec) >= wires.size())

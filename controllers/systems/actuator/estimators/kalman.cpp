@@ -6,12 +6,13 @@ namespace solenoid {
 
 ActuatorKalman::ActuatorKalman(const PneumaticActuator& model, const EstimatorTuning& tuning) : model_(model, tuning) {}
 
-ActuatorState ActuatorKalman::update(const Sensors& sensors) noexcept {
+ActuatorState ActuatorKalman::update(const Measurement& sensors) noexcept {
   const bool sound = belief_.mean.allFinite() && belief_.covariance.allFinite();
   if (starts_ > 0 && sound && lost_ticks_ < patience_ticks) {
     predict();
     innovation_ = correct(sensors);
-  } else if (std::isfinite(sensors.position_m + sensors.pressure_a_pa + sensors.pressure_b_pa)) {
+  } else if (std::isfinite(sensors.value[position_channel] + sensors.value[pressure_a_channel] +
+                           sensors.value[pressure_b_channel])) {
     model_.start(sensors, starts_ == 0, belief_);
     ++starts_;
     lost_ticks_ = 0;
@@ -37,9 +38,9 @@ void ActuatorKalman::predict() noexcept {
   model_.add_process_noise(unknown_variance, belief_.covariance);
 }
 
-double ActuatorKalman::correct(const Sensors& sensors) noexcept {
+double ActuatorKalman::correct(const Measurement& sensors) noexcept {
   Belief::Covariance& p = belief_.covariance;
-  const double measured[] = {sensors.position_m, sensors.pressure_a_pa, sensors.pressure_b_pa};
+  const ChannelValues& measured = sensors.value;
   double squares = 0.0;
   innovations_ = {};
   for (const int i : {0, 1, 2}) {
@@ -80,9 +81,9 @@ EstimateDetail estimate_detail(const Belief& b, double innovation) noexcept {
     return std::sqrt(std::max(0.0, b.covariance(k, k)));
   };
   EstimateDetail d;
-  d.payload_kg = b.mean[payload], d.payload_sigma_kg = sigma(payload);
-  d.disturbance_n = b.mean[disturbance], d.disturbance_sigma_n = sigma(disturbance);
-  d.flow_factor = b.mean[flow_factor], d.friction_factor = b.mean[friction_factor];
+  d.belief[payload_belief] = b.mean[payload], d.belief[payload_sigma_belief] = sigma(payload);
+  d.belief[disturbance_belief] = b.mean[disturbance], d.belief[disturbance_sigma_belief] = sigma(disturbance);
+  d.belief[flow_factor_belief] = b.mean[flow_factor], d.belief[friction_factor_belief] = b.mean[friction_factor];
   d.sigma = {sigma(position), sigma(velocity), sigma(pressure_a), sigma(pressure_b)};
   d.innovation = innovation;
   return d;

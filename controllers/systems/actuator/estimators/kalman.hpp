@@ -17,7 +17,7 @@ class ActuatorKalman {
 
   /// Takes the sensors of this tick; returns the estimate at this tick. Non-finite sensors are left out; a non-finite
   /// belief, or one that positions contradict for long, starts anew.
-  ActuatorState update(const Sensors& sensors) noexcept;
+  ActuatorState update(const Measurement& sensors) noexcept;
   /// Inputs in effect from this tick to the next.
   void applied(const SwitchedOf<PneumaticActuator>& opening, double motor_n) noexcept;
 
@@ -31,7 +31,7 @@ class ActuatorKalman {
 
   void predict() noexcept;
   /// Returns the normalised innovation squared.
-  double correct(const Sensors& sensors) noexcept;
+  double correct(const Measurement& sensors) noexcept;
 
  private:
   /// So many ticks in a row with positions so far off: the belief is wrong beyond repair.

@@ -1,7 +1,5 @@
 #include "controllers/systems/actuator/estimators/moving_horizon.hpp"
 
-#include "controllers/timing.hpp"
-
 #include <cmath>
 
 namespace solenoid {
@@ -20,9 +18,7 @@ double huber(double r) {
 }
 double huber_weight(double r) { return std::abs(r) <= huber_sigmas ? 1.0 : huber_sigmas / std::abs(r); }
 
-double measured(const Sensors& s, int sensor) {
-  return sensor == 0 ? s.position_m : sensor == 1 ? s.pressure_a_pa : s.pressure_b_pa;
-}
+double measured(const Measurement& s, int sensor) { return s.value[static_cast<std::size_t>(sensor)]; }
 
 }  // namespace
 
@@ -42,7 +38,7 @@ void MovingHorizon::applied(const SwitchedOf<PneumaticActuator>& opening, double
   now.motor_n = motor_n;
 }
 
-ActuatorState MovingHorizon::update(const Sensors& sensors) noexcept {
+ActuatorState MovingHorizon::update(const Measurement& sensors) noexcept {
   kalman_.update(sensors);
   remember(sensors);
   belief_ = kalman_.belief();
@@ -50,7 +46,7 @@ ActuatorState MovingHorizon::update(const Sensors& sensors) noexcept {
   return actuator_state(belief_);
 }
 
-void MovingHorizon::remember(const Sensors& sensors) noexcept {
+void MovingHorizon::remember(const Measurement& sensors) noexcept {
   if (kalman_.starts() != starts_) filled_ = 0;  // nothing before a new start is of use
   starts_ = kalman_.starts();
   const int capacity = static_cast<int>(ring_.size());
@@ -71,7 +67,7 @@ void MovingHorizon::estimate() noexcept {
   span_ = filled_ - 1;
   block_ticks_ = (span_ + blocks - 1) / blocks;
   const EstimatorTuning& tuning = kalman_.model().tuning();
-  const double block_s = block_ticks_ * tick_s;
+  const double block_s = block_ticks_ * tuning.tick_s;
   force_step_n_ = tuning.force_sigma_n * std::sqrt(-std::expm1(-2 * block_s / tuning.memory.force_s));
   pressure_step_pa_ = tuning.pressure_drift_pa * std::sqrt(block_s) / block_ticks_;
   arrival_ = tick(span_).belief.mean;

@@ -24,7 +24,7 @@ class MovingHorizon {
  public:
   MovingHorizon(const PneumaticActuator& model, const EstimatorTuning& tuning);
 
-  ActuatorState update(const Sensors& sensors) noexcept;
+  ActuatorState update(const Measurement& sensors) noexcept;
   void applied(const SwitchedOf<PneumaticActuator>& opening, double motor_n) noexcept;
   EstimateDetail detail() const noexcept { return estimate_detail(belief_, kalman_.innovation()); }
 
@@ -39,13 +39,13 @@ class MovingHorizon {
   using Normal = Eigen::Matrix<double, unknowns, unknowns>;
 
   struct Tick {
-    Sensors sensors;
+    Measurement sensors;
     SwitchedOf<PneumaticActuator> opening{};  // in effect from this tick on
     double motor_n = 0.0;
     Belief belief;  // of the Kalman filter after this tick's sensors
   };
 
-  void remember(const Sensors& sensors) noexcept;
+  void remember(const Measurement& sensors) noexcept;
   void estimate() noexcept;
   const Tick& tick(int age) const noexcept;
   /// Adds block noise to the state before a tick; the same for a sensitivity's columns.

@@ -1,7 +1,6 @@
 #include "controllers/systems/actuator/estimators/sensed_model.hpp"
 
 #include "controllers/estimators/sensitivity.hpp"
-#include "controllers/timing.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -29,7 +28,7 @@ void place(const std::array<double, size>& values, double factor, int at, Belief
 }
 
 /// Share of the stationary variance that a first-order process with this memory gains in a tick.
-double renewed(double memory_s) {
+double renewed(double memory_s, double tick_s) {
   const double keep = 1.0 - tick_s / memory_s;
   return 1.0 - keep * keep;
 }
@@ -39,7 +38,7 @@ double renewed(double memory_s) {
 SensedModel::SensedModel(const PneumaticActuator& model, const EstimatorTuning& t)
     : model_(model, t.memory),
       tuning_(t),
-      lag_(t.pressure_filter_hz > 0 ? t.pressure_filter_hz : 50.0, tick_s),
+      lag_(t.pressure_filter_hz > 0 ? t.pressure_filter_hz : 50.0, tuning_.tick_s),
       position_variance_(t.position_variance()),
       pressure_variance_(t.pressure_sigma_pa * t.pressure_sigma_pa) {
   sensors_.fill(Belief::State::Zero());
@@ -54,7 +53,7 @@ SensedModel::SensedModel(const PneumaticActuator& model, const EstimatorTuning& 
     sensors_[1][pressure_a] = sensors_[2][pressure_b] = 1.0;
     pressure_variance_ += t.pressure_input_sigma_pa * t.pressure_input_sigma_pa;
   }
-  const double drift = t.pressure_drift_pa * std::sqrt(tick_s);
+  const double drift = t.pressure_drift_pa * std::sqrt(tuning_.tick_s);
   pressure_a_noise_[pressure_a] = pressure_b_noise_[pressure_b] = drift;
   place(lag_.late_gain(), drift, Belief::lag_a, pressure_a_noise_);
   place(lag_.late_gain(), drift, Belief::lag_b, pressure_b_noise_);
@@ -62,22 +61,22 @@ SensedModel::SensedModel(const PneumaticActuator& model, const EstimatorTuning& 
   const auto square = [](double x) { return x * x; };
   core_noise_.setZero();
   core_noise_[position] = square(1e-8);
-  core_noise_[velocity] = square(tick_s / model.parameters().equivalent_mass_kg() * t.force_white_n);
-  core_noise_[disturbance] = square(t.force_sigma_n) * renewed(t.memory.force_s);
-  core_noise_[payload] = t.payload_sigma_kg > 0 ? square(t.payload_drift) * tick_s : 0.0;
-  core_noise_[flow_factor] = square(t.flow_sigma) * renewed(t.memory.flow_s);
-  core_noise_[friction_factor] = square(t.friction_sigma) * renewed(t.memory.friction_s);
+  core_noise_[velocity] = square(tuning_.tick_s / model.parameters().equivalent_mass_kg() * t.force_white_n);
+  core_noise_[disturbance] = square(t.force_sigma_n) * renewed(t.memory.force_s, t.tick_s);
+  core_noise_[payload] = t.payload_sigma_kg > 0 ? square(t.payload_drift) * tuning_.tick_s : 0.0;
+  core_noise_[flow_factor] = square(t.flow_sigma) * renewed(t.memory.flow_s, t.tick_s);
+  core_noise_[friction_factor] = square(t.friction_sigma) * renewed(t.memory.friction_s, t.tick_s);
 }
 
 void SensedModel::advance(Belief::State& mean, bool& at_rest, const SwitchedOf<LoadedActuator>& opening,
                           double motor_n) const noexcept {
   const auto x = core_of(mean);
-  auto next = model_.step<double>(x, opening, {motor_n}, tick_s);
+  auto next = model_.step<double>(x, opening, {motor_n}, tuning_.tick_s);
   if (at_rest && next[velocity] == 0.0) {
     // A correction left a velocity of either sign where the slide rests: whether it moves off is for the forces to say.
     auto resting = x;
     resting[velocity] = 0.0;
-    const double moved_off = model_.step<double>(resting, opening, {motor_n}, tick_s)[velocity];
+    const double moved_off = model_.step<double>(resting, opening, {motor_n}, tuning_.tick_s)[velocity];
     if (moved_off != 0.0) next[velocity] = moved_off + x[velocity];
   }
   at_rest = next[velocity] == 0.0;
@@ -95,18 +94,20 @@ void SensedModel::linearise(const Belief::State& mean, double velocity_sigma, co
   const ActuatorParameters& p = actuator.parameters();
   for (const std::size_t i : {pressure_a, pressure_b})
     if (x[i] < p.supply_pressure_pa) x[i] = std::min(x[i], p.supply_pressure_pa - supply_margin_pa);
-  const double ahead = x[position] + 2 * tick_s * v;
+  const double ahead = x[position] + 2 * tuning_.tick_s * v;
   const bool stopping = ahead < p.position_min_m() || ahead > p.position_max_m();
-  const double margin_m = 1e-4 + tick_s * std::abs(x[velocity]);  // an end stop would make position and speed certain
+  const double margin_m =
+      1e-4 + tuning_.tick_s * std::abs(x[velocity]);  // an end stop would make position and speed certain
   x[position] = std::clamp(x[position], p.position_min_m() + margin_m, p.position_max_m() - margin_m);
-  const double gained = solenoid::linearise(model_, x, opening, {motor_n}, tick_s, jacobian)[velocity] - x[velocity];
+  const double gained =
+      solenoid::linearise(model_, x, opening, {motor_n}, tuning_.tick_s, jacobian)[velocity] - x[velocity];
 
   // sign(v) of v ~ N(v, s^2) has mean erf(v / (s sqrt 2)) and that mean the slope below: describing-function theory.
   const double s = std::max(velocity_sigma, least_velocity_sigma), ratio = v / s;
   const double mean_sign = std::erf(ratio / std::numbers::sqrt2);
   const double bell = std::sqrt(2 / std::numbers::pi) * std::exp(-0.5 * ratio * ratio);
   const auto own = actuator.conditions<double>(x[payload], x[disturbance], x[friction_factor]);
-  const double change = tick_s * own.inverse_mass * own.coulomb;
+  const double change = tuning_.tick_s * own.inverse_mass * own.coulomb;
   jacobian(velocity, velocity) -= std::min(change * bell / s, 0.9);
   jacobian(velocity, friction_factor) *= std::abs(mean_sign);
   unknown_variance = change * change * std::max(0.0, 1.0 - mean_sign * mean_sign - bell * bell);
@@ -121,10 +122,10 @@ void SensedModel::add_process_noise(double unknown_variance, Belief::Covariance&
     covariance.noalias() += *direction * direction->transpose();
 }
 
-void SensedModel::start(const Sensors& sensors, bool at_rest, Belief& belief) const noexcept {
-  const double pressures[] = {sensors.pressure_a_pa, sensors.pressure_b_pa};
+void SensedModel::start(const Measurement& sensors, bool at_rest, Belief& belief) const noexcept {
+  const double pressures[] = {sensors.value[pressure_a_channel], sensors.value[pressure_b_channel]};
   belief.mean.setZero();
-  belief.mean[position] = sensors.position_m;
+  belief.mean[position] = sensors.value[position_channel];
   belief.mean[payload] = tuning_.payload_mean_kg;
   belief.mean[flow_factor] = belief.mean[friction_factor] = 1.0;
   belief.covariance.setZero();

@@ -4,6 +4,7 @@
 #include "controllers/systems/actuator/estimators/pressure_lag.hpp"
 #include "controllers/systems/actuator/estimators/tuning.hpp"
 #include "core/rt/controller.hpp"
+#include "core/systems/actuator/signals.hpp"
 
 #include <Eigen/Core>
 
@@ -85,7 +86,7 @@ class SensedModel {
   }
 
   /// What is believed at a first measurement: at rest with settled filters, or anywhere.
-  void start(const Sensors& sensors, bool at_rest, Belief& belief) const noexcept;
+  void start(const Measurement& sensors, bool at_rest, Belief& belief) const noexcept;
   /// Physical limits.
   void confine(Belief::State& mean) const noexcept;
 

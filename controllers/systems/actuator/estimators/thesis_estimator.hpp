@@ -1,8 +1,8 @@
 #pragma once
 
-#include "controllers/timing.hpp"
 #include "core/rt/controller.hpp"
 #include "core/signal/filters.hpp"
+#include "core/systems/actuator/signals.hpp"
 
 #include <array>
 
@@ -12,18 +12,20 @@ namespace solenoid {
 /// difference, pressures as measured. Its lag of about 4.5 ms is part of the thesis's results (model.md, E13).
 class ThesisEstimator {
  public:
+  explicit ThesisEstimator(double tick_s) : filter_(50.0, 1.0 / tick_s), difference_(tick_s) {}
+
   /// A value that is no number is replaced by the last one.
-  ActuatorState update(Sensors sensors) noexcept {
-    replace(sensors.position_m, last_[0]);
-    replace(sensors.pressure_a_pa, last_[1]);
-    replace(sensors.pressure_b_pa, last_[2]);
+  ActuatorState update(Measurement sensors) noexcept {
+    replace(sensors.value[position_channel], last_[0]);
+    replace(sensors.value[pressure_a_channel], last_[1]);
+    replace(sensors.value[pressure_b_channel], last_[2]);
     if (!started_) {
-      filter_.reset(sensors.position_m);
-      difference_.reset(sensors.position_m);
+      filter_.reset(sensors.value[position_channel]);
+      difference_.reset(sensors.value[position_channel]);
       started_ = true;
     }
-    const double y = filter_.step(sensors.position_m);
-    return {y, difference_.step(y), sensors.pressure_a_pa, sensors.pressure_b_pa};
+    const double y = filter_.step(sensors.value[position_channel]);
+    return {y, difference_.step(y), sensors.value[pressure_a_channel], sensors.value[pressure_b_channel]};
   }
   /// It has no model that inputs could move.
   void applied(const SwitchedOf<PneumaticActuator>&, double) noexcept {}
@@ -37,8 +39,8 @@ class ThesisEstimator {
       value = last;
   }
   std::array<double, 3> last_{};
-  Butterworth2 filter_{50.0, 1.0 / tick_s};
-  BackwardDifference difference_{tick_s};
+  Butterworth2 filter_;
+  BackwardDifference difference_;
   bool started_ = false;
 };
 

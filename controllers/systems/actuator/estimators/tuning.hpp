@@ -7,6 +7,8 @@ namespace solenoid {
 /// What an estimator believes of the sensors and of what the model leaves out. A standard deviation of zero for payload
 /// or a factor fixes it at its mean. The defaults are payload_ekf's; other rows of the catalogue change some.
 struct EstimatorTuning {
+  double tick_s = 0.001;  ///< between measurements
+
   // Sensors (model.md, section 6).
   double position_sigma_m = 0.03e-3;                      ///< white noise of the unfiltered potentiometer
   double position_quantum_m = 0.02e-3;                    ///< converter step

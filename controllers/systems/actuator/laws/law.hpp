@@ -9,13 +9,13 @@
 
 namespace solenoid {
 
-/// What a valve law sees in a tick of 1 ms: a law decides on the coils from the present alone, without a prediction.
+/// What a valve law sees in a tick: a law decides on the coils from the present alone, without a prediction.
 struct LawInput {
   std::int64_t tick = 0;  ///< since the start, skipped ones counted
   double time_s = 0.0;
   const RestartableReference& reference;
-  ReferenceSample desired;  ///< of this tick
-  ActuatorState state;      ///< estimated
+  MotionSample desired;  ///< of this tick
+  ActuatorState state;   ///< estimated
   double motor_force_n = 0.0;
   const PneumaticActuator& model;  ///< nominal, with the estimated load if the variant uses it
 };

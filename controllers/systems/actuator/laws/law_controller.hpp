@@ -2,6 +2,7 @@
 
 #include "controllers/controller_shell.hpp"
 #include "controllers/systems/actuator/laws/law.hpp"
+#include "controllers/systems/actuator/motor_inputs.hpp"
 
 namespace solenoid {
 
@@ -14,21 +15,23 @@ namespace solenoid {
 template <class Law>
 class LawController {
  public:
-  LawController(const PneumaticActuator& model, Law law) : model_(model), law_(std::move(law)) {}
+  LawController(const PneumaticActuator& model, MotorInputs motor, Law law)
+      : model_(model), motor_(std::move(motor)), law_(std::move(law)) {}
 
-  void believe(double payload_kg, double external_force_n) noexcept { model_.set_load(payload_kg, external_force_n); }
-  double payload_kg() const noexcept { return model_.parameters().payload_mass_kg; }
+  void believe(const EstimateDetail& found) noexcept { motor_.believe(found, model_); }
 
   void decide(const Moment& now, Decision& d) noexcept {
-    d.command.motor_force_n = law_force(now.motor, d.reference, d.estimate);
-    d.command.coils =
-        law_.coils({now.tick, now.time_s, now.reference, d.reference, d.estimate, d.command.motor_force_n, model_});
+    const ActuatorState x = actuator_state(d.estimate);
+    const double motor_n = motor_.force(d.reference, x);
+    d.command = actuator_command(
+        law_.coils({now.tick, now.time_s, now.reference, d.reference.axis[0], x, motor_n, model_}), motor_n);
   }
   void look_ahead(const Moment&, const Decision&, SwitchPattern) noexcept {}
   void restart(std::int64_t) noexcept { law_.restart(); }
 
  private:
   PneumaticActuator model_;
+  MotorInputs motor_;
   Law law_;
 };
 

@@ -2,7 +2,6 @@
 
 #include "controllers/systems/actuator/laws/law.hpp"
 #include "controllers/systems/actuator/laws/settings.hpp"
-#include "controllers/timing.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -64,8 +63,9 @@ class ValvePulses {
 /// split of u over the valves are our reading (docs/results/baselines.md).
 class PulseWidthPid {
  public:
-  PulseWidthPid(const PulseWidthSettings& settings, const ModeSet& three_way)
+  PulseWidthPid(const PulseWidthSettings& settings, const ModeSet& three_way, double tick_s)
       : settings_(settings),
+        tick_s_(tick_s),
         patterns_(three_way),
         a_(pulses(settings, SwitchTiming(three_way, tick_s), 0)),
         b_(pulses(settings, SwitchTiming(three_way, tick_s), 1)) {}
@@ -82,12 +82,12 @@ class PulseWidthPid {
   /// The law without its pulses: u of this moment, the integral moved on by a period.
   double duty(const LawInput& in) noexcept {
     const PulseWidthSettings& s = settings_;
-    const double error = in.desired.position - in.state[position];
+    const double error = in.desired.value - in.state[position];
     integral_ =
-        std::clamp(integral_ + s.integral * error * s.period_ticks * tick_s, -s.integral_limit, s.integral_limit);
-    const double coming = in.reference.at(in.time_s + s.lead_s).position - in.desired.position;
-    const double u = s.proportional * error + s.derivative * (in.desired.velocity - in.state[velocity]) + integral_ +
-                     s.feedforward * coming + friction_share(in.desired.velocity, error);
+        std::clamp(integral_ + s.integral * error * s.period_ticks * tick_s_, -s.integral_limit, s.integral_limit);
+    const double coming = in.reference.at(in.time_s + s.lead_s).axis[0].value - in.desired.value;
+    const double u = s.proportional * error + s.derivative * (in.desired.rate - in.state[velocity]) + integral_ +
+                     s.feedforward * coming + friction_share(in.desired.rate, error);
     return std::clamp(u, -1.0, 1.0);
   }
   double integral() const { return integral_; }
@@ -109,6 +109,7 @@ class PulseWidthPid {
   }
 
   PulseWidthSettings settings_;
+  double tick_s_;
   ChamberPatterns patterns_;
   ValvePulses a_, b_;
   double integral_ = 0.0;

@@ -25,7 +25,7 @@ class SwitchingHybrid {
   SwitchPattern coils(const LawInput& in) noexcept {
     using enum ChamberAction;
     const bool was_coarse = coarse_;
-    coarse_ = next_phase(std::abs(in.desired.position - in.state[position]));
+    coarse_ = next_phase(std::abs(in.desired.value - in.state[position]));
     if (coarse_ && !was_coarse) cylinder_.restart();  // decides at once
     if (coarse_) return cylinder_.coils(in);
     return exhausts_ ? patterns_(exhaust, exhaust) : patterns_(closed, closed);

@@ -33,8 +33,8 @@ class ThreeModeSliding {
     const double w = settings_.frequency;
     const double acceleration = believed_acceleration(in.model, in.state, in.motor_force_n);
     return (in.desired.acceleration - acceleration) / (w * w) +
-           2.0 * settings_.damping / w * (in.desired.velocity - in.state[velocity]) +
-           (in.desired.position - in.state[position]);
+           2.0 * settings_.damping / w * (in.desired.rate - in.state[velocity]) +
+           (in.desired.value - in.state[position]);
   }
   SwitchPattern mode(double s) const noexcept {
     using enum ChamberAction;

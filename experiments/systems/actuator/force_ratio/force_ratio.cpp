@@ -1,7 +1,7 @@
 #include "experiments/systems/actuator/force_ratio/force_ratio.hpp"
 
-#include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/interrupt.hpp"
 #include "experiments/base/machine.hpp"
@@ -49,15 +49,15 @@ Json judge_run(const VariantConfig& variant, const ScenarioConfig& scenario, std
   if (!m.finite) return {{"ok", false}};
   double square = 0.0, motoring = 0.0;
   for (const TickRecord& tick : run.ticks) {
-    const double force = tick.applied.motor_force_n;
-    square += force * force * tick_s;
-    motoring += std::max(0.0, force * tick.sensors.truth[velocity]) * tick_s;
+    const double force = tick.applied.continuous[0];
+    square += force * force * actuator_timing.tick_s;
+    motoring += std::max(0.0, force * tick.sensors.truth[velocity]) * actuator_timing.tick_s;
   }
   return {{"ok", true},
-          {"rmse_mm", m.rmse_mm},
-          {"switches_per_s", m.switches_per_s},
-          {"air_g", m.air_g},
-          {"motor_rms_n", m.motor_rms_n},
+          {"rmse_mm", m["rmse_mm"]},
+          {"switches_per_s", m["switches_per_s"]},
+          {"air_g", m["air_g"]},
+          {"motor_rms_n", m["motor_rms_n"]},
           {"force_square_ns", square},
           {"motoring_j", motoring}};
 }

@@ -118,11 +118,11 @@ Record record_from_mcap(const std::string& path, const LogSettings& settings) {
   for (const TickRecord& tick : run.ticks) {
     if (!s.time.empty() && !(tick.sensors.time_s > s.time.back())) continue;
     s.time.push_back(tick.sensors.time_s);
-    s.position.push_back(tick.sensors.position_m);
-    s.a.push_back(tick.sensors.pressure_a_pa);
-    s.b.push_back(tick.sensors.pressure_b_pa);
-    s.motor.push_back(tick.applied.motor_force_n);
-    s.coils.push_back(tick.applied.coils);
+    s.position.push_back(tick.sensors.value[position_channel]);
+    s.a.push_back(tick.sensors.value[pressure_a_channel]);
+    s.b.push_back(tick.sensors.value[pressure_b_channel]);
+    s.motor.push_back(tick.applied.continuous[0]);
+    s.coils.push_back(tick.applied.switches);
   }
   Record record;
   record.valves = settings.valves;

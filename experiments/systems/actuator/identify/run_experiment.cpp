@@ -1,11 +1,11 @@
 #include "experiments/systems/actuator/identify/run_experiment.hpp"
 
-#include "controllers/timing.hpp"
 #include "core/config/reader.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "core/rt/process_setup.hpp"
 #include "core/signal/filters.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
 #include "experiments/systems/actuator/twin/twin_plant.hpp"
 
@@ -68,18 +68,18 @@ class ExperimentController final : public Controller {
     starts_.reserve(experiment.steps.size() * static_cast<std::size_t>(experiment.cycles) + 1);
   }
 
-  Decision step(const Sensors& sensors) noexcept override {
+  Decision step(const Measurement& sensors) noexcept override {
     Decision decision;
-    if (ticks_ == 0) reset(sensors.position_m);
-    const double y = filter_.step(sensors.position_m), v = difference_.step(y);
-    stale_ = sensors.stale_ticks > most_stale_ticks || !std::isfinite(sensors.position_m);
-    if (!finished_ && over(sensors.position_m)) next(sensors.position_m);
+    if (ticks_ == 0) reset(sensors.value[position_channel]);
+    const double y = filter_.step(sensors.value[position_channel]), v = difference_.step(y);
+    stale_ = sensors.stale_ticks > most_stale_ticks || !std::isfinite(sensors.value[position_channel]);
+    if (!finished_ && over(sensors.value[position_channel])) next(sensors.value[position_channel]);
     ++ticks_;
     if (finished_ || stale_) return decision;
     const ExperimentStep& s = current();
-    const double t = tick_s * static_cast<double>(ticks_in_step_);
+    const double t = actuator_timing.tick_s * static_cast<double>(ticks_in_step_);
     decision.command = {patterns_.of(s, random_bit(s)), std::clamp(force(s, t, y, v), -limit_n_, limit_n_)};
-    decision.reference.position = reference_m_;
+    decision.reference.axis[0].value = reference_m_;
     ++ticks_in_step_;
     return decision;
   }
@@ -110,9 +110,9 @@ class ExperimentController final : public Controller {
   bool over(double position_m) const {
     const ExperimentStep& s = current();
     if (s.until_moved_m && moved(position_m) > *s.until_moved_m) return true;
-    const double elapsed_s = tick_s * static_cast<double>(ticks_in_step_);
+    const double elapsed_s = actuator_timing.tick_s * static_cast<double>(ticks_in_step_);
     if (s.to_m && elapsed_s * s.speed_m_s >= std::abs(*s.to_m - from_m_)) return true;
-    return ticks_in_step_ >= std::llround(s.seconds / tick_s);
+    return ticks_in_step_ >= std::llround(s.seconds / actuator_timing.tick_s);
   }
   double moved(double position_m) const { return std::abs(position_m - from_m_); }
   void next(double position_m) {
@@ -121,7 +121,7 @@ class ExperimentController final : public Controller {
     begin(position_m);
   }
   bool random_bit(const ExperimentStep& s) {
-    const auto bit_ticks = std::llround(s.random_bit_s / tick_s);
+    const auto bit_ticks = std::llround(s.random_bit_s / actuator_timing.tick_s);
     if (ticks_in_step_ % bit_ticks == 0) bit_ = (random_() >> 40) & 1u;
     return bit_;
   }
@@ -142,8 +142,8 @@ class ExperimentController final : public Controller {
   const Experiment& experiment_;
   Patterns patterns_;
   double limit_n_;
-  Butterworth2 filter_{50.0, 1 / tick_s};
-  BackwardDifference difference_{tick_s};
+  Butterworth2 filter_{50.0, 1 / actuator_timing.tick_s};
+  BackwardDifference difference_{actuator_timing.tick_s};
   std::mt19937_64 random_;
   std::vector<std::int64_t> starts_;  // of the steps that have ended
   std::int64_t ticks_ = 0, began_tick_ = 0, ticks_in_step_ = 0;
@@ -159,14 +159,14 @@ Record record_of(const Experiment& experiment, const ExperimentSettings& setting
   r.plane = experiment.plane;
   r.payload_kg = experiment.loaded ? settings.loaded_payload_kg : 0.0;
   r.valves = settings.valves;
-  r.period_s = tick_s;
+  r.period_s = actuator_timing.tick_s;
   std::vector<std::size_t> place;  // of each tick among the samples
   const auto add = [&](const TickRecord& t) {
-    r.position_m.push_back(t.sensors.position_m);
-    r.pressure_a_pa.push_back(t.sensors.pressure_a_pa);
-    r.pressure_b_pa.push_back(t.sensors.pressure_b_pa);
-    r.motor_n.push_back(t.applied.motor_force_n);
-    r.coils.push_back(t.applied.coils);
+    r.position_m.push_back(t.sensors.value[position_channel]);
+    r.pressure_a_pa.push_back(t.sensors.value[pressure_a_channel]);
+    r.pressure_b_pa.push_back(t.sensors.value[pressure_b_channel]);
+    r.motor_n.push_back(t.applied.continuous[0]);
+    r.coils.push_back(t.applied.switches);
   };
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     for (int k = 0; k < ticks[i].skipped && i > 0; ++k, ++r.filled) add(ticks[i - 1]);
@@ -195,12 +195,12 @@ Record simulate_experiment(const Experiment& experiment, const TwinParameters& t
   TwinPlant plant(parameters, settings.valves, experiment.start_m, TwinPlant::Sensing{false, true, seed});
   const ModeSet modes = valve_modes(settings.valves, parameters.actuator);
   ExperimentController controller(experiment, modes, settings);
-  CommandLimits limits(modes, settings.motor_limit_n);
-  const auto ticks = std::llround(experiment.longest_s() / tick_s) + 2;
+  CommandLimits limits(modes, {settings.motor_limit_n});
+  const auto ticks = std::llround(experiment.longest_s() / actuator_timing.tick_s) + 2;
   MemoryRecorder recorder(static_cast<std::size_t>(ticks));
   FakeClock clock;
   ControlLoop loop(plant, clock, controller, limits, recorder);
-  loop.run(ticks, tick_s, [&] { return controller.ended(); });
+  loop.run(ticks, actuator_timing.tick_s, [&] { return controller.ended(); });
   return record_of(experiment, settings, recorder.records(), controller);
 }
 
@@ -208,8 +208,8 @@ Record run_experiment_in_real_time(const Experiment& experiment, Plant& plant, c
                                    const std::function<bool()>& interrupted) {
   const ModeSet modes = valve_modes(settings.valves, ActuatorParameters{});
   ExperimentController controller(experiment, modes, settings);
-  CommandLimits limits(modes, settings.motor_limit_n);
-  const auto ticks = std::llround(experiment.longest_s() / tick_s) + 2;
+  CommandLimits limits(modes, {settings.motor_limit_n});
+  const auto ticks = std::llround(experiment.longest_s() / actuator_timing.tick_s) + 2;
   MemoryRecorder recorder(static_cast<std::size_t>(ticks));
   std::atomic<bool> stop{false}, ended{false};
   std::thread thread([&] {
@@ -217,7 +217,7 @@ Record run_experiment_in_real_time(const Experiment& experiment, Plant& plant, c
     set_fifo_priority("tick", 80);
     MonotonicClock clock;
     ControlLoop loop(plant, clock, controller, limits, recorder);
-    loop.run(ticks, tick_s, [&] { return controller.ended() || stop.load(std::memory_order_relaxed); });
+    loop.run(ticks, actuator_timing.tick_s, [&] { return controller.ended() || stop.load(std::memory_order_relaxed); });
     plant.write({});
     ended.store(true);
   });

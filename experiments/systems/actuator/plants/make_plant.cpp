@@ -7,6 +7,7 @@ namespace solenoid {
 
 std::unique_ptr<SimulatedPlant> make_plant(const VariantConfig& variant, const PlantConfig& config, double start_m,
                                            std::uint64_t seed) {
+  check_tick(config, variant.timing.tick_s, "plant");
   if (config.plant == "twin")
     return std::make_unique<TwinPlant>(twin_for(config.twin, {config.plane, config.payload_kg, config.mismatch}),
                                        variant.valves, start_m,
@@ -16,7 +17,7 @@ std::unique_ptr<SimulatedPlant> make_plant(const VariantConfig& variant, const P
   parameters.plane = config.plane;
   auto plant = std::make_unique<ModelPlant>(
       parameters, variant.valves, start_m,
-      ModelPlant::Sensing{config.ideal_sensing, config.noise, config.sensing_chain, {}, seed});
+      ModelPlant::Sensing{config.ideal_sensing, config.noise, config.sensing_chain, {}, seed}, variant.timing.tick_s);
   if (config.kick) plant->push_at(config.kick->at_s, config.kick->speed_m_s);
   return plant;
 }

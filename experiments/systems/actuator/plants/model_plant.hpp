@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/systems/actuator/dynamics.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
 #include "experiments/plants/simulated_plant.hpp"
 #include "experiments/systems/actuator/plants/model_sensing.hpp"
@@ -16,7 +16,7 @@ struct SensorNoise {
   double pressure_sigma_pa = 300.0;
 };
 
-/// The controller's own equations as the plant: explicit Euler at T_s, commands through the delays of its valves.
+/// The controller's own equations as the plant: explicit Euler at the tick, commands through the delays of its valves.
 /// Starts at rest at `start_m`, both chambers at atmospheric pressure, coils off.
 class ModelPlant final : public SimulatedPlant {
  public:
@@ -28,9 +28,10 @@ class ModelPlant final : public SimulatedPlant {
     std::uint64_t seed = 1;
   };
 
-  ModelPlant(const ActuatorParameters& parameters, const std::string& valves, double start_m, const Sensing& sensing);
+  ModelPlant(const ActuatorParameters& parameters, const std::string& valves, double start_m, const Sensing& sensing,
+             double tick_s = actuator_timing.tick_s);
 
-  Sensors read(double time_s) noexcept override;
+  Measurement read(double time_s) noexcept override;
   void write(const Command& command) noexcept override;
 
   /// An external force [N] on the slide from now on: what a test draws at random.
@@ -42,7 +43,7 @@ class ModelPlant final : public SimulatedPlant {
   }
 
   const ActuatorState& state() const { return state_; }
-  double air_used_kg() const override { return air_kg_; }
+  double consumed() const override { return air_kg_; }
 
  private:
   void advance_one_step() noexcept;
@@ -59,6 +60,7 @@ class ModelPlant final : public SimulatedPlant {
   double motor_force_n_ = 0.0, air_kg_ = 0.0;
   double push_at_s_ = std::numeric_limits<double>::infinity(), push_speed_m_s_ = 0.0;
   std::int64_t steps_done_ = 0;
+  double tick_s_;
 };
 
 }  // namespace solenoid

@@ -35,10 +35,10 @@ void ModelSensing::advance(Channel& c, double pressure_pa) noexcept {
   c.previous_pa = pressure_pa;
 }
 
-void ModelSensing::read(Sensors& s) noexcept {
-  s.position_m = position_converter_(position_m_ + settings_.position_sigma_m * normal_(random_));
-  s.pressure_a_pa = pressure_converter_(a_.filtered_pa + settings_.pressure_sigma_pa * normal_(random_));
-  s.pressure_b_pa = pressure_converter_(b_.filtered_pa + settings_.pressure_sigma_pa * normal_(random_));
+void ModelSensing::read(Measurement& s) noexcept {
+  s.value[position_channel] = position_converter_(position_m_ + settings_.position_sigma_m * normal_(random_));
+  s.value[pressure_a_channel] = pressure_converter_(a_.filtered_pa + settings_.pressure_sigma_pa * normal_(random_));
+  s.value[pressure_b_channel] = pressure_converter_(b_.filtered_pa + settings_.pressure_sigma_pa * normal_(random_));
 }
 
 }  // namespace solenoid

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "core/rt/io.hpp"
 #include "core/signal/bessel.hpp"
 #include "core/signal/filters.hpp"
+#include "core/systems/actuator/signals.hpp"
 
 #include <random>
 
@@ -30,7 +30,7 @@ class ModelSensing {
   /// The true state a tick after the last.
   void advance(const ActuatorState& state) noexcept;
   /// Fills the measured fields.
-  void read(Sensors& sensors) noexcept;
+  void read(Measurement& sensors) noexcept;
 
  private:
   static constexpr int substeps = 10;

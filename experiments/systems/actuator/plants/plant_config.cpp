@@ -1,6 +1,11 @@
 #include "experiments/systems/actuator/plants/plant_config.hpp"
 
 #include "core/config/reader.hpp"
+#include "experiments/systems/actuator/twin/twin_sensing.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
 
 namespace solenoid {
 
@@ -34,6 +39,14 @@ PlantConfig read_plant_config(TableReader& table) {
     if (p.plant != "model") table.fail("kick", "the twin takes none (allowed: plant = \"model\")");
   }
   return p;
+}
+
+void check_tick(const PlantConfig& config, double tick_s, const std::string& where) {
+  const double intervals = tick_s / SensingChain::interval_s;
+  if (config.plant == "twin" && std::abs(intervals - std::round(intervals)) > 1e-6)
+    throw ConfigError(
+        fmt::format("{}: key 'timing': ticks of {:g} ms with plant = \"twin\" (allowed: multiples of {:g} ms)", where,
+                    1e3 * tick_s, 1e3 * SensingChain::interval_s));
 }
 
 }  // namespace solenoid

@@ -32,4 +32,8 @@ struct PlantConfig {
 /// file, line, key and what is allowed.
 PlantConfig read_plant_config(TableReader& table);
 
+/// Throws ConfigError, `where` in front, for a tick that the plant cannot be sampled at: the twin's sensors are sampled
+/// ten times a millisecond.
+void check_tick(const PlantConfig& config, double tick_s, const std::string& where);
+
 }  // namespace solenoid

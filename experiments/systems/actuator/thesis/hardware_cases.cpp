@@ -18,7 +18,7 @@ const char* const nominal = "inferred";
 Comparison position_comparison(const std::string& metric, std::optional<PrintedNumber> thesis, PositionSignal signal,
                                double PositionFigures::*value) {
   return {metric, thesis, [signal, value](const RunResult& run, const ScenarioConfig& scenario) {
-            return position_figures(run.ticks, scenario.trajectory, signal).*value;
+            return position_figures(run.ticks, scenario.trajectory.axes().front(), signal).*value;
           }};
 }
 
@@ -64,8 +64,10 @@ ReproducedCase step_case(const StandIn& rig, const std::string& table, const std
   c.variant.horizon.steps = steps;
   c.variant.integral.gain = integral_gain;
   c.scenario.name = c.scenario.trajectory_kind = "step";
-  c.scenario.trajectory = Trajectory(rig.start_m).dwell(step_at_s).step_to(rig.start_m + step_height_m, hold_s);
-  c.scenario.trajectory.steady_from(step_at_s + hold_s - steady_s);
+  c.scenario.trajectory = Trajectory(rig.start_m)
+                              .dwell(step_at_s)
+                              .step_to(rig.start_m + step_height_m, hold_s)
+                              .steady_from(step_at_s + hold_s - steady_s);
   c.scenario.duration_s = c.scenario.trajectory.duration_s();
   c.scenario.payload_kg = payload_kg;
   repeat(c, rig.step_seeds);

@@ -1,7 +1,7 @@
 #include "experiments/systems/actuator/thesis/position_figures.hpp"
 
-#include "controllers/timing.hpp"
 #include "core/signal/filters.hpp"
+#include "core/systems/actuator/signals.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,10 +14,11 @@ namespace {
 std::vector<double> positions_m(std::span<const TickRecord> ticks, PositionSignal signal) {
   std::vector<double> y;
   y.reserve(ticks.size());
-  Butterworth2 filter(50.0, 1.0 / tick_s);
-  if (!ticks.empty()) filter.reset(ticks.front().sensors.position_m);
+  Butterworth2 filter(50.0, 1.0 / actuator_timing.tick_s);
+  if (!ticks.empty()) filter.reset(ticks.front().sensors.value[position_channel]);
   for (const TickRecord& t : ticks)
-    y.push_back(signal == PositionSignal::truth ? t.sensors.truth[position] : filter.step(t.sensors.position_m));
+    y.push_back(signal == PositionSignal::truth ? t.sensors.truth[position]
+                                                : filter.step(t.sensors.value[position_channel]));
   return y;
 }
 
@@ -27,13 +28,13 @@ PositionFigures position_figures(std::span<const TickRecord> ticks, const Trajec
                                  PositionSignal signal) {
   const std::vector<double> y = positions_m(ticks, signal);
   const double steady_from_s = trajectory.steady_from_s().value_or(std::numeric_limits<double>::infinity());
-  const double start_m = trajectory.start_m();
-  const double direction = trajectory.at(trajectory.duration_s()).position < start_m ? -1.0 : 1.0;
+  const double start_m = trajectory.start();
+  const double direction = trajectory.at(trajectory.duration_s()).value < start_m ? -1.0 : 1.0;
   PositionFigures f;
   double squares = 0, peak_m = 0, low_m = 1e9, high_m = -1e9, errors = 0, travelled_m = 0;
   int steady = 0;
   for (std::size_t i = 0; i < y.size(); ++i) {
-    const double e = 1e3 * (trajectory.at(ticks[i].sensors.time_s).position - y[i]);
+    const double e = 1e3 * (trajectory.at(ticks[i].sensors.time_s).value - y[i]);
     const double way_m = direction * (y[i] - start_m);
     squares += e * e;
     f.mae_mm = std::max(f.mae_mm, std::abs(e));

@@ -30,16 +30,16 @@ TwinState plus(const TwinState& x, double h, const TwinState& dx) {
 /// Functions of the state that are positive beyond an event.
 struct Guards {
   const TwinPhysics& physics;
-  Motion motion;
+  SlideMotion motion;
   double motor_command_n;
 
   static constexpr int count = 3;
   double value(int which, const TwinState& x) const {
-    if (motion == Motion::held) return which == 0 ? release(x) : -1.0;
+    if (motion == SlideMotion::held) return which == 0 ? release(x) : -1.0;
     if (which == 1) return x[velocity] < 0 ? physics.position_min() - x[position] : -1.0;
     if (which == 2) return x[velocity] > 0 ? x[position] - physics.position_max() : -1.0;
-    if (motion == Motion::up) return -x[velocity];
-    if (motion == Motion::down) return x[velocity];
+    if (motion == SlideMotion::up) return -x[velocity];
+    if (motion == SlideMotion::down) return x[velocity];
     return -1.0;
   }
 
@@ -121,9 +121,9 @@ void TwinIntegrator::advance(TwinState& x, ValveActuation& valves, double motor_
 
 void TwinIntegrator::fixed_step(TwinState& x, const Openings& opening, double motor_command_n,
                                 double h) const noexcept {
-  const Motion motion = physics_.motion_from(x, motor_command_n);
+  const SlideMotion motion = physics_.motion_from(x, motor_command_n);
   const double v = x[velocity];
-  if (motion == Motion::smooth) x[twin_bristle] = physics_.bristle_after(x[twin_bristle], v, h / 2);
+  if (motion == SlideMotion::smooth) x[twin_bristle] = physics_.bristle_after(x[twin_bristle], v, h / 2);
   const auto slope = [&](const TwinState& at) {
     return physics_.rates_at_fixed_bristle(at, opening, motor_command_n, motion);
   };
@@ -131,8 +131,9 @@ void TwinIntegrator::fixed_step(TwinState& x, const Openings& opening, double mo
                   k4 = slope(plus(x, h, k3));
   const double y = x[position];
   for (std::size_t i = 0; i < twin_state_size; ++i) x[i] += h / 6 * (k1[i] + 2 * (k2[i] + k3[i]) + k4[i]);
-  if (motion == Motion::smooth) x[twin_bristle] = physics_.bristle_after(x[twin_bristle], x[velocity], h / 2);
-  const bool reversed = (motion == Motion::up && x[velocity] < 0) || (motion == Motion::down && x[velocity] > 0);
+  if (motion == SlideMotion::smooth) x[twin_bristle] = physics_.bristle_after(x[twin_bristle], x[velocity], h / 2);
+  const bool reversed =
+      (motion == SlideMotion::up && x[velocity] < 0) || (motion == SlideMotion::down && x[velocity] > 0);
   if (reversed) {
     x[position] = y + 0.5 * v * h * v / (v - x[velocity]);
     x[velocity] = 0.0;
@@ -146,12 +147,13 @@ void TwinIntegrator::fixed_step(TwinState& x, const Openings& opening, double mo
 
 void TwinIntegrator::advance_adaptive(TwinState& x, const Span& span, double from_s, double to_s) const {
   for (double t = from_s; t < to_s;) {
-    const Motion motion = physics_.motion_from(x, span.motor_command_n);
+    const SlideMotion motion = physics_.motion_from(x, span.motor_command_n);
     t = smooth_piece(x, span, motion, t, to_s);
   }
 }
 
-double TwinIntegrator::smooth_piece(TwinState& x, const Span& span, Motion motion, double from_s, double to_s) const {
+double TwinIntegrator::smooth_piece(TwinState& x, const Span& span, SlideMotion motion, double from_s,
+                                    double to_s) const {
   const double tolerance = physics_.parameters().integration.tolerance;
   auto stepper = odeint::make_dense_output(tolerance, tolerance, odeint::runge_kutta_dopri5<TwinState>());
   const auto system = [&](const TwinState& at, TwinState& rate, double t) {

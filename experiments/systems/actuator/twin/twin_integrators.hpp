@@ -27,7 +27,7 @@ class TwinIntegrator {
   void fixed_step(TwinState& x, const Openings& opening, double motor_command_n, double h) const noexcept;
   void advance_adaptive(TwinState& x, const Span& span, double from_s, double to_s) const;
   /// To to_s or to the first event; returns where it ended.
-  double smooth_piece(TwinState& x, const Span& span, Motion motion, double from_s, double to_s) const;
+  double smooth_piece(TwinState& x, const Span& span, SlideMotion motion, double from_s, double to_s) const;
   template <class Opening>
   Openings blended(const Opening& opening) const noexcept;
 

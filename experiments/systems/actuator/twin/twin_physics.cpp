@@ -112,9 +112,9 @@ double TwinPhysics::bristle_after(double z, double v, double dt) const {
   return settled + (z - settled) * std::exp(-rate * dt);
 }
 
-double TwinPhysics::friction(const TwinState& x, Motion motion, double bristle_rate) const {
+double TwinPhysics::friction(const TwinState& x, SlideMotion motion, double bristle_rate) const {
   const double v = x[velocity];
-  if (!lugre_) return model_.sliding_friction<double>(v, motion == Motion::up ? 1.0 : -1.0);
+  if (!lugre_) return model_.sliding_friction<double>(v, motion == SlideMotion::up ? 1.0 : -1.0);
   // The model's sliding law less its Coulomb level is the viscous share.
   return parameters_.friction.bristle_stiffness * x[twin_bristle] + bristle_damping_ * stribeck(v) * bristle_rate +
          model_.sliding_friction<double>(v, 0.0);
@@ -124,8 +124,8 @@ double TwinPhysics::friction_at_rest(const TwinState& x) const {
   return lugre_ ? parameters_.friction.bristle_stiffness * x[twin_bristle] : 0.0;
 }
 
-void TwinPhysics::slide_rates(const TwinState& x, double motor_command_n, Motion motion, TwinState& dx) const {
-  if (motion == Motion::held) {
+void TwinPhysics::slide_rates(const TwinState& x, double motor_command_n, SlideMotion motion, TwinState& dx) const {
+  if (motion == SlideMotion::held) {
     dx[position] = dx[velocity] = 0.0;
     return;
   }
@@ -143,7 +143,8 @@ void TwinPhysics::motor_rates(const TwinState& x, double motor_command_n, TwinSt
   dx[twin_rotor_v] = ((lagged_ ? x[twin_motor] : wanted) - contact_force(x)) / rotor_mass_kg_;
 }
 
-TwinState TwinPhysics::rates(const TwinState& x, const Openings& opening, double motor_command_n, Motion motion) const {
+TwinState TwinPhysics::rates(const TwinState& x, const Openings& opening, double motor_command_n,
+                             SlideMotion motion) const {
   TwinState dx{};
   slide_rates(x, motor_command_n, motion, dx);
   air_rates(x, opening, dx);
@@ -152,21 +153,21 @@ TwinState TwinPhysics::rates(const TwinState& x, const Openings& opening, double
 }
 
 TwinState TwinPhysics::rates_at_fixed_bristle(const TwinState& x, const Openings& opening, double motor_command_n,
-                                              Motion motion) const {
+                                              SlideMotion motion) const {
   TwinState dx = rates(x, opening, motor_command_n, motion);
   dx[twin_bristle] = 0.0;
   return dx;
 }
 
-Motion TwinPhysics::motion_from(const TwinState& x, double motor_command_n) const {
+SlideMotion TwinPhysics::motion_from(const TwinState& x, double motor_command_n) const {
   const double v = x[velocity];
   const bool low = x[position] <= position_min(), high = x[position] >= position_max();
   const double applied = applied_force(x, motor_command_n), net = applied - friction_at_rest(x);
-  if (v == 0.0 && ((low && net <= 0) || (high && net >= 0))) return Motion::held;
-  if (lugre_) return Motion::smooth;
-  if (v != 0.0) return v > 0 ? Motion::up : Motion::down;
-  if (std::abs(applied) <= static_friction()) return Motion::held;
-  return applied > 0 ? Motion::up : Motion::down;
+  if (v == 0.0 && ((low && net <= 0) || (high && net >= 0))) return SlideMotion::held;
+  if (lugre_) return SlideMotion::smooth;
+  if (v != 0.0) return v > 0 ? SlideMotion::up : SlideMotion::down;
+  if (std::abs(applied) <= static_friction()) return SlideMotion::held;
+  return applied > 0 ? SlideMotion::up : SlideMotion::down;
 }
 
 TwinState TwinPhysics::state_at_rest(double y) const {

@@ -26,7 +26,7 @@ inline constexpr TwinState twin_scale = {0.1, 0.1, 1e5, 1e5, 1e-4, 1e-4, 1e-5, 1
 using Openings = SwitchedOf<PneumaticActuator>;
 
 /// How the slide moves: where its friction or an end stop makes the equations non-smooth, one smooth piece each.
-enum class Motion {
+enum class SlideMotion {
   smooth,  ///< LuGre friction, inside the stroke
   up,      ///< sliding towards +y under the model's law
   down,    ///< sliding towards -y
@@ -39,10 +39,10 @@ class TwinPhysics {
  public:
   explicit TwinPhysics(const TwinParameters& parameters);
 
-  TwinState rates(const TwinState& x, const Openings& opening, double motor_command_n, Motion motion) const;
+  TwinState rates(const TwinState& x, const Openings& opening, double motor_command_n, SlideMotion motion) const;
   /// The same without the bristle's motion, for the integrator that moves it exactly.
   TwinState rates_at_fixed_bristle(const TwinState& x, const Openings& opening, double motor_command_n,
-                                   Motion motion) const;
+                                   SlideMotion motion) const;
   /// z after dt at constant velocity: the exact solution of dz/dt = v - sigma_0 |v| z/g(v).
   double bristle_after(double z, double v, double dt) const;
 
@@ -51,7 +51,7 @@ class TwinPhysics {
   /// The friction that a slide at rest would have to give up before it moves off an end stop [N].
   double friction_at_rest(const TwinState& x) const;
   /// The motion from here on, at a state with the velocity's sign or from rest.
-  Motion motion_from(const TwinState& x, double motor_command_n) const;
+  SlideMotion motion_from(const TwinState& x, double motor_command_n) const;
 
   double position_min() const { return parameters_.actuator.position_min_m(); }
   double position_max() const { return parameters_.actuator.position_max_m(); }
@@ -78,10 +78,10 @@ class TwinPhysics {
                        const ChamberFlow& flow) const;
   double contact_force(const TwinState& x) const;
   double stribeck(double v) const;
-  double friction(const TwinState& x, Motion motion, double bristle_rate) const;
+  double friction(const TwinState& x, SlideMotion motion, double bristle_rate) const;
   double bristle_rate(double z, double v) const;
   void air_rates(const TwinState& x, const Openings& opening, TwinState& dx) const;
-  void slide_rates(const TwinState& x, double motor_command_n, Motion motion, TwinState& dx) const;
+  void slide_rates(const TwinState& x, double motor_command_n, SlideMotion motion, TwinState& dx) const;
   void motor_rates(const TwinState& x, double motor_command_n, TwinState& dx) const;
 
   TwinParameters parameters_;

@@ -41,7 +41,7 @@ TwinPlant::TwinPlant(const TwinParameters& parameters, const std::string& valves
 
 ActuatorState TwinPlant::truth() const noexcept { return actuator_state(state_); }
 
-Sensors TwinPlant::read(double time_s) noexcept {
+Measurement TwinPlant::read(double time_s) noexcept {
   constexpr double interval = SensingChain::interval_s;
   const auto due = static_cast<std::int64_t>(std::llround(time_s / interval));
   for (; intervals_ < due; ++intervals_) {
@@ -49,14 +49,14 @@ Sensors TwinPlant::read(double time_s) noexcept {
     integrator_.advance(state_, valves_, motor_command_n_, i * interval, (i + 1) * interval);
     sensing_.sample(state_[pressure_a], state_[pressure_b]);
   }
-  Sensors sensors = sensing_.read(time_s, truth());
+  Measurement sensors = sensing_.read(time_s, truth());
   sensors.ideal = ideal_;
   return sensors;
 }
 
 void TwinPlant::write(const Command& command) noexcept {
-  valves_.command(command.coils, static_cast<double>(intervals_) * SensingChain::interval_s);
-  motor_command_n_ = command.motor_force_n;
+  valves_.command(command.switches, static_cast<double>(intervals_) * SensingChain::interval_s);
+  motor_command_n_ = motor_force_n(command);
 }
 
 }  // namespace solenoid

@@ -29,9 +29,9 @@ class TwinPlant final : public SimulatedPlant {
   TwinPlant(const TwinPlant&) = delete;  // the integrator refers to the physics beside it
   TwinPlant& operator=(const TwinPlant&) = delete;
 
-  Sensors read(double time_s) noexcept override;
+  Measurement read(double time_s) noexcept override;
   void write(const Command& command) noexcept override;
-  double air_used_kg() const override { return state_[twin_drawn]; }
+  double consumed() const override { return state_[twin_drawn]; }
 
   const TwinState& state() const { return state_; }
 

@@ -52,14 +52,12 @@ double SensingChain::converted(const Quantiser& converter, double value) const n
   return effects_.converter_bits > 0 ? converter(value) : value;
 }
 
-Sensors SensingChain::read(double time_s, const ActuatorState& truth) noexcept {
+Measurement SensingChain::read(double time_s, const ActuatorState& truth) noexcept {
   const double wiper = truth[position] + (noise_ ? effects_.position_sigma_m * normal_(random_) : 0.0);
-  return {time_s,
-          converted(position_converter_, wiper),
-          converted(pressure_converter_, a_.filtered_pa),
-          converted(pressure_converter_, b_.filtered_pa),
-          truth,
-          false};
+  return {.time_s = time_s,
+          .value = {converted(position_converter_, wiper), converted(pressure_converter_, a_.filtered_pa),
+                    converted(pressure_converter_, b_.filtered_pa)},
+          .truth = padded<max_states>(truth)};
 }
 
 }  // namespace solenoid

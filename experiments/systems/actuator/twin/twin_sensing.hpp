@@ -1,8 +1,8 @@
 #pragma once
 
-#include "core/rt/io.hpp"
 #include "core/signal/bessel.hpp"
 #include "core/signal/filters.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/systems/actuator/twin/twin_parameters.hpp"
 
 #include <random>
@@ -24,7 +24,7 @@ class SensingChain {
   /// One raw sample of both pressures, every interval_s.
   void sample(double pressure_a_pa, double pressure_b_pa) noexcept;
   /// What the converter gives now.
-  Sensors read(double time_s, const ActuatorState& truth) noexcept;
+  Measurement read(double time_s, const ActuatorState& truth) noexcept;
 
  private:
   struct Channel {

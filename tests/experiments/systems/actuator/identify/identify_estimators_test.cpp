@@ -153,7 +153,7 @@ TEST(Noise, FilteredSigmaIsWhatTheChainMakes) {
   constexpr int n = 60000;
   for (int k = 0; k < n; ++k) {
     for (int i = 0; i < 10; ++i) chain.sample(101325, 101325);
-    const double error = chain.read(1e-3 * k, rest).pressure_a_pa - 101325;
+    const double error = chain.read(1e-3 * k, rest).value[pressure_a_channel] - 101325;
     sum += error * error;
   }
   const double step = 2 * effects.pressure_span_pa / 8191;

@@ -1,5 +1,7 @@
 #include "experiments/systems/actuator/thesis/position_figures.hpp"
 
+#include "core/systems/actuator/signals.hpp"
+
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -12,11 +14,11 @@ namespace {
 std::vector<TickRecord> slide(double peak_mm, double rest_mm, double ripple_mm, double offset_mm = 0) {
   std::vector<TickRecord> ticks(3000);
   for (std::size_t i = 0; i < ticks.size(); ++i) {
-    Sensors& s = ticks[i].sensors;
+    Measurement& s = ticks[i].sensors;
     s.time_s = 1e-3 * static_cast<double>(i);
     const double y_mm = i == 0 ? 20 : i < 1000 ? peak_mm : rest_mm + (i % 2 == 0 ? ripple_mm : -ripple_mm);
     s.truth[position] = 1e-3 * y_mm;
-    s.position_m = 1e-3 * (y_mm + offset_mm);
+    s.value[position_channel] = 1e-3 * (y_mm + offset_mm);
   }
   return ticks;
 }

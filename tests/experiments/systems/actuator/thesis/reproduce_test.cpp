@@ -110,14 +110,15 @@ TEST(Reproduce, CountsEveryRunOnceAndMeansOverTheSeeds) {
   ReproducedCase c = hardware_table("table-5-2").front();
   c.scenario.duration_s = 0.01;
   c.seeds = {1, 2, 3, 4};
-  c.compared = {{"start_m", std::nullopt,
-                 [](const RunResult& run, const ScenarioConfig&) { return run.ticks.front().sensors.position_m; }}};
+  c.compared = {{"start_m", std::nullopt, [](const RunResult& run, const ScenarioConfig&) {
+                   return run.ticks.front().sensors.value[position_channel];
+                 }}};
   std::vector<std::size_t> progress;
   const std::vector<Cell> cells = reproduce({c}, 2, [&](std::size_t done, std::size_t) { progress.push_back(done); });
   EXPECT_THAT(progress, testing::ElementsAre(1, 2, 3, 4));
   double sum = 0, squares = 0;
   for (const std::uint64_t seed : c.seeds) {
-    const double y = simulate(c.variant, c.scenario, seed).ticks.front().sensors.position_m;
+    const double y = simulate(c.variant, c.scenario, seed).ticks.front().sensors.value[position_channel];
     sum += y;
     squares += y * y;
   }

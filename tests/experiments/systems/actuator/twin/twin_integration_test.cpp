@@ -20,7 +20,7 @@ std::vector<ActuatorState> driven(const TwinParameters& parameters, double durat
   std::mt19937_64 random(seed);
   std::vector<ActuatorState> states;
   for (int k = 0; k <= static_cast<int>(1000 * duration_s); ++k) {
-    states.push_back(plant.read(1e-3 * k).truth);
+    states.push_back(actuator_state(plant.read(1e-3 * k).truth));
     if (k % 5 != 0) continue;
     const int mode = static_cast<int>(random() % static_cast<std::uint64_t>(modes.size()));
     plant.write({modes.pattern(mode), 8.0 * (static_cast<double>(random() % 3) - 1.0)});
@@ -124,7 +124,7 @@ TEST(TwinIntegration, WithAllEffectsOffItIsTheControllersModelInTheLimitOfSmallS
         plant.read(5e-3 * static_cast<double>(i));
         plant.write({script[i], 3.0});
       }
-      const ActuatorState ours = plant.read(5e-3 * static_cast<double>(script.size())).truth;
+      const ActuatorState ours = actuator_state(plant.read(5e-3 * static_cast<double>(script.size())).truth);
       // The model's steps are of first order: the gap shrinks with dt, and extrapolates to nothing.
       const ActuatorState coarse = model_after(twin.actuator, script, 3.0, 2e-6);
       const ActuatorState fine = model_after(twin.actuator, script, 3.0, 1e-6);

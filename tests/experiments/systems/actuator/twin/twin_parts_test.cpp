@@ -136,12 +136,12 @@ TEST(TwinSensing, WithoutNoiseOnlyFilterAndConverterRemain) {
   TwinPlant plant(p, "three_way", 0.05, {false, false, 1});
   const double position_step = 0.12 / 8191, pressure_step = 420e3 / 8191;
   for (int k = 0; k < 300; ++k) {
-    const Sensors s = plant.read(1e-3 * k);
+    const Measurement s = plant.read(1e-3 * k);
     plant.write({static_cast<SwitchPattern>(k / 50 % 4), 0.0});
-    EXPECT_LE(std::abs(s.position_m - s.truth[position]), position_step / 2 * 1.0001);
-    const double level = (s.position_m + 0.01) / position_step;
+    EXPECT_LE(std::abs(s.value[position_channel] - s.truth[position]), position_step / 2 * 1.0001);
+    const double level = (s.value[position_channel] + 0.01) / position_step;
     EXPECT_NEAR(level, std::round(level), 1e-6);
-    const double pressure_level = (s.pressure_a_pa - 101325.0 + 210e3) / pressure_step;
+    const double pressure_level = (s.value[pressure_a_channel] - 101325.0 + 210e3) / pressure_step;
     EXPECT_NEAR(pressure_level, std::round(pressure_level), 1e-6);
     EXPECT_FALSE(s.ideal);
   }
@@ -152,9 +152,9 @@ TEST(TwinSensing, MeasuredPressuresAreTenMillisecondsOld) {
   SensingChain chain(p.sensing, 101325.0, false, {0, 0, 101325.0, 101325.0}, 1);
   const double slope = 1e6;  // Pa/s
   for (int i = 1; i <= 1500; ++i) chain.sample(101325.0 + slope * i * 1e-4, 101325.0);
-  const Sensors s = chain.read(0.15, {});
-  EXPECT_NEAR((101325.0 + slope * 0.15 - s.pressure_a_pa) / slope, 0.0101, 1e-4);
-  EXPECT_NEAR(s.pressure_b_pa, 101325.0, 26.0);
+  const Measurement s = chain.read(0.15, {});
+  EXPECT_NEAR((101325.0 + slope * 0.15 - s.value[pressure_a_channel]) / slope, 0.0101, 1e-4);
+  EXPECT_NEAR(s.value[pressure_b_channel], 101325.0, 26.0);
 }
 
 TEST(TwinSensing, NoiseIsThatOfTheThesisBeforeAndAfterItsFilters) {
@@ -165,11 +165,12 @@ TEST(TwinSensing, NoiseIsThatOfTheThesisBeforeAndAfterItsFilters) {
   double raw_low = 1, raw_high = 0, low = 1, high = 0, pressure_low = 1e9, pressure_high = 0;
   for (int k = 0; k < 3000; ++k) {
     for (int i = 0; i < 10; ++i) chain.sample(150e3, 150e3);
-    const Sensors s = chain.read(1e-3 * k, {0.05, 0, 150e3, 150e3});
-    const double y = butterworth.step(s.position_m);
-    raw_low = std::min(raw_low, s.position_m), raw_high = std::max(raw_high, s.position_m);
+    const Measurement s = chain.read(1e-3 * k, {0.05, 0, 150e3, 150e3});
+    const double y = butterworth.step(s.value[position_channel]);
+    raw_low = std::min(raw_low, s.value[position_channel]), raw_high = std::max(raw_high, s.value[position_channel]);
     low = std::min(low, y), high = std::max(high, y);
-    pressure_low = std::min(pressure_low, s.pressure_a_pa), pressure_high = std::max(pressure_high, s.pressure_a_pa);
+    pressure_low = std::min(pressure_low, s.value[pressure_a_channel]),
+    pressure_high = std::max(pressure_high, s.value[pressure_a_channel]);
   }
   EXPECT_GT(raw_high - raw_low, 0.08e-3);  // "approximately 0.1 mm" over a plot; 3000 samples see the tails
   EXPECT_LT(raw_high - raw_low, 0.2e-3);

@@ -67,10 +67,10 @@ TEST(TwinPhysics, PolytropicExponentsAreThoseOfTheClosedAndTheFillingChamber) {
   TwinState x = physics.state_at_rest(0.05);
   x[velocity] = 0.2;
   const double length = p.actuator.dead_length_a_m + 0.05;
-  const TwinState closed = physics.rates(x, {0, 0, 0, 0}, 0.0, Motion::up);
+  const TwinState closed = physics.rates(x, {0, 0, 0, 0}, 0.0, SlideMotion::up);
   EXPECT_NEAR(closed[pressure_a], -1.2 * x[pressure_a] * 0.2 / length, 1e-6);
   x[velocity] = 0.0;
-  const TwinState filling = physics.rates(x, {1, 0, 0, 0}, 0.0, Motion::held);
+  const TwinState filling = physics.rates(x, {1, 0, 0, 0}, 0.0, SlideMotion::held);
   EXPECT_NEAR(filling[pressure_a], 1.3 * 287.0 * 293.0 * filling[twin_mass_a] / (p.actuator.piston_area_a() * length),
               1e-6);
 }
@@ -127,7 +127,7 @@ TEST(TwinPhysics, LuGreSlidesWithTheModelsFrictionAndSticksElastically) {
     x[velocity] = v;
     x[twin_bristle] = physics.bristle_after(0.0, v, 1.0);
     const double force = physics.applied_force(x, 0.0) -
-                         p.actuator.equivalent_mass_kg() * physics.rates(x, {}, 0.0, Motion::smooth)[velocity];
+                         p.actuator.equivalent_mass_kg() * physics.rates(x, {}, 0.0, SlideMotion::smooth)[velocity];
     EXPECT_NEAR(force, model.sliding_friction<double>(v, v > 0 ? 1.0 : -1.0), 1e-9) << v;
   }
   // Pushed below static friction and let go again, the slide comes back to where it was but for a creep of micrometres.
@@ -152,9 +152,9 @@ TEST(TwinPhysics, BristleStepIsTheExactSolution) {
     constexpr double h = 1e-4 / steps;
     for (int i = 0; i < steps; ++i) {  // Heun
       x[twin_bristle] = z;
-      const double first = physics.rates(x, {}, 0.0, Motion::smooth)[twin_bristle];
+      const double first = physics.rates(x, {}, 0.0, SlideMotion::smooth)[twin_bristle];
       x[twin_bristle] = z + h * first;
-      z += h / 2 * (first + physics.rates(x, {}, 0.0, Motion::smooth)[twin_bristle]);
+      z += h / 2 * (first + physics.rates(x, {}, 0.0, SlideMotion::smooth)[twin_bristle]);
     }
     EXPECT_NEAR(physics.bristle_after(4e-6, v, 1e-4), z, 1e-12) << v;
   }
@@ -178,11 +178,11 @@ TEST(TwinPhysics, MotorForceArrivesThroughLagAndBacklash) {
   const TwinPhysics physics(p);
   TwinState x = physics.state_at_rest(0.05);
   x[twin_rotor_y] += 2e-4;
-  const TwinState dx = physics.rates(x, {}, 4.0, Motion::up);
+  const TwinState dx = physics.rates(x, {}, 4.0, SlideMotion::up);
   const double total = rotor_kg * dx[twin_rotor_v] + p.actuator.equivalent_mass_kg() * dx[velocity];
   EXPECT_NEAR(total, 4.0 + physics.model().cylinder_force(x[pressure_a], x[pressure_b]), 1e-9);
   x[twin_rotor_y] = 0.05;
-  EXPECT_NEAR(physics.rates(x, {}, 4.0, Motion::up)[twin_rotor_v], 4.0 / rotor_kg, 1e-9);
+  EXPECT_NEAR(physics.rates(x, {}, 4.0, SlideMotion::up)[twin_rotor_v], 4.0 / rotor_kg, 1e-9);
 }
 
 TEST(TwinPhysics, StartsAtRestAndStaysThere) {

@@ -1,0 +1,96 @@
+#include "controllers/systems/actuator/actuator_guard.hpp"
+
+#include "core/systems/actuator/signals.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace solenoid {
+namespace {
+
+EstimatorTuning watching(double tick_s) {
+  EstimatorTuning tuning;
+  tuning.tick_s = tick_s;
+  return tuning;
+}
+
+SwitchedOf<PneumaticActuator> openings(std::span<const double> point) {
+  SwitchedOf<PneumaticActuator> opening{};
+  std::ranges::copy(point, opening.begin());
+  return opening;
+}
+
+}  // namespace
+
+ActuatorGuard::ActuatorGuard(const PneumaticActuator& model, const ModeSet& modes, std::optional<MotorGains> motor,
+                             double tick_s)
+    : model_(model),
+      tick_s_(tick_s),
+      candidates_(model, modes, tick_s),
+      watch_(model, watching(tick_s)),
+      new_watch_(watch_) {
+  if (motor) motor_.emplace(model, *motor);
+}
+
+StateValues ActuatorGuard::watch(const Measurement& believed) noexcept {
+  return padded<max_states>(watch_.update(believed));
+}
+
+void ActuatorGuard::applied(std::span<const double> opening, const ContinuousValues& continuous) noexcept {
+  watch_.applied(openings(opening), continuous[0]);
+}
+
+ChannelValues ActuatorGuard::innovations() const noexcept { return padded<max_channels>(watch_.innovations()); }
+
+ChannelValues ActuatorGuard::expected_change(const StateValues& state, std::span<const double> opening) const noexcept {
+  ActuatorState x = model_.nearest_valid(actuator_state(state));
+  x[velocity] = 0.0;
+  const ActuatorState next = model_.step<double>(x, openings(opening), {0.0}, tick_s_);
+  ChannelValues change{};
+  change[pressure_a_channel] = next[pressure_a] - x[pressure_a];
+  change[pressure_b_channel] = next[pressure_b] - x[pressure_b];
+  return change;
+}
+
+bool ActuatorGuard::at_rest(const StateValues& state) const noexcept {
+  return std::abs(state[velocity]) <= rest_speed_m_s;
+}
+
+SwitchPattern ActuatorGuard::held_mode(const StateValues& state, const DelayLines& lines,
+                                       const RestartableReference& reference, double time_s) noexcept {
+  return candidates_.search(actuator_state(state), lines, reference, time_s);
+}
+
+ContinuousValues ActuatorGuard::backup_law(const ReferenceSample& desired, const StateValues& state) const noexcept {
+  return {motor_ ? motor_->force(desired.axis[0], actuator_state(state)) : 0.0};
+}
+
+ContinuousValues ActuatorGuard::brake(const StateValues& state) const noexcept {
+  return {model_.saturated_motor_force(-braking_n_s_m * state[velocity])};
+}
+
+LadderSettings actuator_ladder() {
+  SensorBounds position{-0.0095, 0.1095, -0.01, 0.11, 3e-5, 2.5e-3, 3e-5};
+  position.stuck_ticks = 100;
+  SensorBounds pressure{60e3, 310e3, 101325.0 - 210e3, 101325.0 + 210e3, 1e3, 30e3, 150.0};
+  pressure.stuck_change = 25e3;
+  LadderSettings settings;
+  settings.plausibility.channels = {position, pressure, pressure};
+  bound_by_supply(settings.plausibility, ActuatorParameters());
+  settings.limits = {{.low = -0.005, .high = 0.1085, .fault = Fault::position_limit},
+                     {.high = 305e3, .fault = Fault::pressure_limit},
+                     {.high = 305e3, .fault = Fault::pressure_limit}};
+  settings.needed_to_stop = {position_channel};
+  settings.needed_to_plan = {pressure_a_channel, pressure_b_channel};
+  return settings;
+}
+
+void bound_by_supply(PlausibilitySettings& settings, const ActuatorParameters& p) {
+  constexpr double margin_pa = 50e3;
+  for (const std::size_t channel : pressure_channels) {
+    settings.channels[channel].supply_low = p.atmospheric_pressure_pa - margin_pa;
+    settings.channels[channel].supply_high = p.supply_pressure_pa + margin_pa;
+  }
+}
+
+}  // namespace solenoid

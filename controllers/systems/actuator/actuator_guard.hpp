@@ -1,0 +1,50 @@
+#pragma once
+
+#include "controllers/ladder/fallback_ladder.hpp"
+#include "controllers/systems/actuator/estimators/kalman.hpp"
+#include "controllers/systems/actuator/four_candidates.hpp"
+#include "controllers/systems/actuator/motor_laws.hpp"
+
+#include <optional>
+
+namespace solenoid {
+
+/// The actuator's part of the fallback ladder: a Kalman filter of its own watches the sensors whatever the controller's
+/// estimator is; four candidates stand in for a solver, the motor's position law for the valves.
+class ActuatorGuard final : public Guard {
+ public:
+  /// No gains: the slide has no motor.
+  ActuatorGuard(const PneumaticActuator& model, const ModeSet& modes, std::optional<MotorGains> motor, double tick_s);
+
+  StateValues watch(const Measurement& believed) noexcept override;
+  void applied(std::span<const double> opening, const ContinuousValues& continuous) noexcept override;
+  ChannelValues innovations() const noexcept override;
+  ChannelValues expected_change(const StateValues& state, std::span<const double> opening) const noexcept override;
+  bool at_rest(const StateValues& state) const noexcept override;
+  void reset() noexcept override { watch_ = new_watch_; }
+  SwitchPattern held_mode(const StateValues& state, const DelayLines& lines, const RestartableReference& reference,
+                          double time_s) noexcept override;
+  bool has_backup_law() const noexcept override { return motor_.has_value(); }
+  ContinuousValues backup_law(const ReferenceSample& desired, const StateValues& state) const noexcept override;
+  ContinuousValues brake(const StateValues& state) const noexcept override;
+
+ private:
+  static constexpr double rest_speed_m_s = 0.02;
+  static constexpr double braking_n_s_m = 200.0;  // within the motor's limit
+
+  PneumaticActuator model_;
+  double tick_s_;
+  std::optional<PdMotor> motor_;
+  FourCandidates candidates_;
+  ActuatorKalman watch_, new_watch_;
+};
+
+/// Limits of the ladder for the thesis's rig: potentiometer on 13 bits over -10..110 mm, pressures behind a 50 Hz Bessel
+/// filter on 13 bits over +-210 kPa gauge.
+LadderSettings actuator_ladder();
+
+/// Pressures beyond what lies between these atmosphere and supply, but for compression by the slide's own motion, are
+/// not plausible for long.
+void bound_by_supply(PlausibilitySettings& settings, const ActuatorParameters& parameters);
+
+}  // namespace solenoid
