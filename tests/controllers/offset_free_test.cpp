@@ -151,7 +151,7 @@ SettledRun track_setpoint(const ModeSet& modes, const KalmanSetup<M>& setup, dou
   WithDisturbance<M> plant;
   plant.set_disturbance(disturbance_rate);
   StateOf<M> x = setup.start;
-  constexpr int ticks = 6000;
+  constexpr int ticks = 6000, settled = 3000;
   double sum = 0.0, rate = 0.0, lowest = without_end, highest = -without_end;
   for (int k = 0; k < ticks; ++k) {
     const double measured = x[0] + setup.channels[0].sigma * std::normal_distribution<double>()(random);
@@ -166,9 +166,9 @@ SettledRun track_setpoint(const ModeSet& modes, const KalmanSetup<M>& setup, dou
     filter.applied(s, {});
     x = plant.template step<double>(x, s, {}, dt);
     problem.lines.advance(1);
-    if (2 * k < ticks) continue;
-    sum += (x[0] - setpoint) / (ticks / 2);
-    rate += filter.disturbance_rate().back() / (ticks / 2);
+    if (k < ticks - settled) continue;
+    sum += (x[0] - setpoint) / settled;
+    rate += filter.disturbance_rate().back() / settled;
     lowest = std::min(lowest, x[0]), highest = std::max(highest, x[0]);
   }
   return {sum, (highest - lowest) / 2, rate};
