@@ -27,6 +27,17 @@ void check_modes(const std::string& set, std::size_t switches, const std::vector
   }
 }
 
+void check_groups(const std::string& set, std::size_t switches, const std::vector<SwitchPattern>& groups) {
+  require(groups.size() <= max_switches,
+          fmt::format("mode set '{}': {} groups of switches; at most {}", set, groups.size(), max_switches));
+  for (const SwitchPattern group : groups) {
+    require(group < (1u << switches),
+            fmt::format("mode set '{}': a group has a switch beyond the {} there are", set, switches));
+    require(std::popcount(group) > 1,
+            fmt::format("mode set '{}': a group of one at a time needs two switches or more", set));
+  }
+}
+
 /// Times this close to a whole number of steps, in steps, are that many: the rounding of a quotient, no more.
 constexpr double whole = 1e-6;
 
@@ -45,12 +56,17 @@ int whole_steps(const Switch& s, const char* what, double time_s, double dt, dou
 }  // namespace
 
 ModeSet::ModeSet(std::string name, std::vector<Switch> switches, std::vector<Mode> modes, std::vector<double> offset,
-                 std::vector<std::vector<double>> gain)
-    : name_(std::move(name)), switches_(std::move(switches)), modes_(std::move(modes)), offset_(std::move(offset)) {
+                 std::vector<std::vector<double>> gain, std::vector<SwitchPattern> one_at_a_time)
+    : name_(std::move(name)),
+      switches_(std::move(switches)),
+      modes_(std::move(modes)),
+      offset_(std::move(offset)),
+      one_at_a_time_(std::move(one_at_a_time)) {
   require(switches_.size() <= max_switches,
           fmt::format("mode set '{}': {} switches; at most {}", name_, switches_.size(), max_switches));
   require(gain.size() == switches_.size(), fmt::format("mode set '{}': one gain column a switch", name_));
   check_modes(name_, switches_.size(), modes_);
+  check_groups(name_, switches_.size(), one_at_a_time_);
   const std::size_t patterns = std::size_t{1} << switches_.size();
   points_.reserve(patterns * offset_.size());
   for (std::size_t pattern = 0; pattern < patterns; ++pattern) {
@@ -93,6 +109,8 @@ SwitchTiming::SwitchTiming(const ModeSet& modes, double dt) : switches(modes.swi
     dwell[c] = whole_steps(s, "min_dwell", s.min_dwell_s, dt, at_least);
     longest_delay = std::max({longest_delay, rise[c], fall[c]});
   }
+  groups = modes.one_at_a_time().size();
+  std::ranges::copy(modes.one_at_a_time(), group.begin());
 }
 
 std::vector<std::string> rounded_times(const ModeSet& modes, double dt) {

@@ -40,11 +40,14 @@ struct Mode {
 /// The finite set of switch patterns that may be commanded, and the affine map from switch states b to the model's
 /// switched inputs: s = offset + sum_c gain[c] b_c. The map is defined for every pattern, commanded or only passed
 /// through while edges are in flight. Pure data, immutable once built.
+///
+/// Switches can be grouped: of a group, a mask of switches, at most one changes with one command. (A phase of a
+/// three-level inverter goes from + to - by way of 0.)
 class ModeSet {
  public:
   /// gain[c] and offset have the model's switched_size entries. Throws std::invalid_argument, naming what is wrong.
   ModeSet(std::string name, std::vector<Switch> switches, std::vector<Mode> modes, std::vector<double> offset,
-          std::vector<std::vector<double>> gain);
+          std::vector<std::vector<double>> gain, std::vector<SwitchPattern> one_at_a_time = {});
 
   /// Its name, as variants choose it.
   const std::string& name() const { return name_; }
@@ -56,6 +59,8 @@ class ModeSet {
   std::span<const Switch> switches() const { return switches_; }
   /// The patterns that may be commanded; a plan's numbers are indices into this.
   std::span<const Mode> modes() const { return modes_; }
+  /// The groups of switches of which at most one changes with one command; at most max_switches of them.
+  std::span<const SwitchPattern> one_at_a_time() const { return one_at_a_time_; }
   /// The pattern that mode `mode` commands.
   SwitchPattern pattern(int mode) const { return modes_[static_cast<std::size_t>(mode)].pattern; }
   /// How many switched inputs the model has.
@@ -72,11 +77,21 @@ class ModeSet {
   std::vector<Switch> switches_;
   std::vector<Mode> modes_;
   std::vector<double> offset_;
+  std::vector<SwitchPattern> one_at_a_time_;
   std::vector<double> points_;  // switched_size numbers for each of 2^switches patterns
 };
 
-/// A ModeSet's timing in steps of dt: delays rounded to the nearest step, least dwells up, so that one is never shorter
-/// than asked.
+/// Whether a command that changes the switches `changed` keeps to groups of which one may change at a time.
+constexpr bool one_at_a_time(SwitchPattern changed, std::span<const SwitchPattern> groups) {
+  for (const SwitchPattern group : groups) {
+    const SwitchPattern inside = changed & group;
+    if ((inside & (inside - 1)) != 0) return false;
+  }
+  return true;
+}
+
+/// What a ModeSet asks of commands. Its timing is in steps of dt: delays rounded to the nearest step, least dwells up,
+/// so that one is never shorter than asked.
 struct SwitchTiming {
   SwitchTiming() = default;
   /// Throws std::invalid_argument beyond max_delay_steps.
@@ -84,6 +99,9 @@ struct SwitchTiming {
   int switches = 0;
   std::array<int, max_switches> rise{}, fall{}, dwell{};
   int longest_delay = 0;
+  /// Of each of the first `groups` masks at most one switch changes with one command.
+  std::array<SwitchPattern, max_switches> group{};
+  std::size_t groups = 0;
 };
 
 /// One line for each time of the mode set that is no whole number of steps: what was asked and what it became.
@@ -129,9 +147,10 @@ class DelayLines {
       age_[c] = age_[c] + steps < max_age ? age_[c] + steps : max_age;
     }
   }
-  /// Whether every switch that would change has dwelt long enough.
+  /// Whether every switch that would change has dwelt long enough, and no other of its groups would change with it.
   bool may_command(SwitchPattern pattern, const SwitchTiming& timing) const {
     SwitchPattern changed = pattern ^ commanded_;
+    if (!one_at_a_time(changed, std::span(timing.group.data(), timing.groups))) return false;
     for (std::size_t c = 0; changed != 0; ++c, changed >>= 1)
       if ((changed & 1u) != 0 && age_[c] < timing.dwell[c]) return false;
     return true;

@@ -50,6 +50,9 @@ template <HybridModel M>
 class BonminSolver final : public Solver<M> {
  public:
   void prepare(const Problem<M>& problem) override {
+    if (!problem.modes.one_at_a_time().empty())
+      throw std::invalid_argument("bonmin: mode set '" + problem.modes.name() +
+                                  "' has switches of which one may change at a time, which its equations do not say");
     if (!minlp::available())
       throw std::runtime_error("solver 'bonmin' is not built in: apt-get install coinor-libbonmin-dev, build afresh");
     grid_ = control_grid(problem.horizon, 0);

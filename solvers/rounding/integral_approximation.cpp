@@ -176,6 +176,7 @@ bool IntegralApproximation::allowed(const SwitchLimits& limits, std::size_t dept
   if (state.pattern < 0) return true;
   SwitchPattern changed = static_cast<SwitchPattern>(state.pattern) ^ next;
   if (state.changes > limits.max_changes - std::popcount(changed)) return false;
+  if (!one_at_a_time(changed, limits.one_at_a_time)) return false;
   for (std::size_t c = 0; c < switches_ && changed != 0; ++c, changed >>= 1) {
     if ((changed & 1u) == 0) continue;
     const SwitchLimits::PerSwitch& s = limits.switches[c];

@@ -95,7 +95,8 @@ void PulseWidth::choose(std::size_t c, std::size_t k, DelayLines::Line line, boo
   }
 }
 
-/// The scheduled pattern of step i, less what excludes each other; the one in force where a dwell forbids it.
+/// The scheduled pattern of step i, less what excludes each other or may not change at once; the one in force where a
+/// dwell forbids it.
 SwitchPattern PulseWidth::allowed(const ModeSet& modes, const DelayLines& lines, int i,
                                   const SwitchStates<double>& owed) const noexcept {
   SwitchPattern pattern = 0;
@@ -107,7 +108,30 @@ SwitchPattern PulseWidth::allowed(const ModeSet& modes, const DelayLines& lines,
       if (((pattern >> c) & 1u) != 0 && (least == max_switches || owed[c] < owed[least])) least = c;
     pattern &= ~(SwitchPattern{1} << least);
   }
+  pattern = one_change_a_group(modes, pattern, lines.commanded(), owed);
   return lines.may_command(pattern, timing_) ? pattern : lines.commanded();
+}
+
+/// Of a group that may change one switch at a time only the change that is owed most, of those that leave the group as
+/// some mode has it.
+SwitchPattern PulseWidth::one_change_a_group(const ModeSet& modes, SwitchPattern pattern, SwitchPattern before,
+                                             const SwitchStates<double>& owed) const noexcept {
+  for (std::size_t g = 0; g < timing_.groups; ++g) {
+    const SwitchPattern group = timing_.group[g], changed = (pattern ^ before) & group;
+    if (one_at_a_time(changed, std::span(&group, 1))) continue;
+    const auto possible = [&](SwitchPattern inside) {
+      return std::ranges::any_of(modes.modes(), [&](const Mode& m) { return (m.pattern & group) == inside; });
+    };
+    SwitchPattern kept = 0;
+    double most = -std::numeric_limits<double>::infinity();
+    for (std::size_t c = 0; c < static_cast<std::size_t>(timing_.switches); ++c) {
+      const SwitchPattern one = SwitchPattern{1} << c;
+      const double due = (pattern & one) != 0 ? owed[c] : -owed[c];
+      if ((changed & one) != 0 && due > most && possible((before ^ one) & group)) kept = one, most = due;
+    }
+    pattern = (pattern & ~group) | ((before ^ kept) & group);
+  }
+  return pattern;
 }
 
 }  // namespace solenoid

@@ -37,6 +37,8 @@ class PulseWidth {
   void choose(std::size_t c, std::size_t k, DelayLines::Line line, bool on, double owed) noexcept;
   SwitchPattern allowed(const ModeSet& modes, const DelayLines& lines, int i,
                         const SwitchStates<double>& owed) const noexcept;
+  SwitchPattern one_change_a_group(const ModeSet& modes, SwitchPattern pattern, SwitchPattern before,
+                                   const SwitchStates<double>& owed) const noexcept;
 
   SwitchTiming timing_;
   std::vector<int> intervals_;

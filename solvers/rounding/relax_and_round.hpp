@@ -39,7 +39,8 @@ struct RoundingTrace {
 ///
 ///     1. weights a[b][m] and u[b] from the relaxed problem, started from the warm start; an interval a block,
 ///        neighbours sharing one where a switch's delay is longer than a block
-///     2. modes from the weights: sum-up rounding, or the integral approximation within the mode set's dwell times
+///     2. modes from the weights: sum-up rounding, or the integral approximation within the mode set's dwell times;
+///        both change one switch at a time of a group
 ///     3. the true cost by evaluate(), beside that of the warm start and of holding the mode in force
 ///     4. the best of them: mode swaps, then the continuous input for the modes found, while either gains
 ///
@@ -147,7 +148,10 @@ class RelaxAndRound final : public Solver<M> {
     keep_relaxation(problem, grid_, relaxed_plan_, rounded_);
     std::ranges::copy(rounded_.relaxation.weights, weights_.weight.begin());
     if (!usable(trace_.relaxation) || !normalise(weights_)) return false;
-    const SumUpReport sum_up = sum_up_rounding(weights_, rounded_.modes, owed_);
+    limits_.in_force = problem.lines.commanded();
+    const SumUpReport sum_up = limits_.one_at_a_time.empty()
+                                   ? sum_up_rounding(weights_, rounded_.modes, owed_)
+                                   : sum_up_rounding(weights_, limits_, rounded_.modes, owed_);
     trace_.rounding = sum_up.status;
     trace_.gap = sum_up.gap;
     trace_.gap_bound = sum_up.guarantee;
@@ -157,7 +161,6 @@ class RelaxAndRound final : public Solver<M> {
   }
 
   void approximate(const Problem<M>& problem, Deadline deadline) noexcept {
-    limits_.in_force = problem.lines.commanded();
     for (std::size_t c = 0; c < limits_.switches.size(); ++c) limits_.switches[c].age = problem.lines.line(c).age;
     const ApproximationReport found = approximation_.solve(weights_, limits_, rounded_.modes, deadline);
     report_.nodes += found.nodes;

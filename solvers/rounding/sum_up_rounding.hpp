@@ -2,6 +2,7 @@
 
 #include "core/mpc/plan.hpp"
 #include "solvers/rounding/mode_weights.hpp"
+#include "solvers/rounding/switch_limits.hpp"
 
 namespace solenoid {
 
@@ -28,7 +29,14 @@ struct SumUpReport {
 /// promise  no allocation
 SumUpReport sum_up_rounding(const ModeWeights& weights, std::span<int> modes, std::span<double> owed) noexcept;
 
-/// The same with its own scratch; allocates.
+/// The same where switches change one at a time: in each interval the mode that is owed most among those that may follow
+/// the one before, by limits.one_at_a_time and from limits.in_force on; other limits are not looked at. (Dwell times
+/// enter sum-up rounding in the same way: Zeile, Robuschi, Sager 2021.) The guarantee is then that of the rounding
+/// without groups, and may be missed. numerical_failure too where no mode may follow.
+SumUpReport sum_up_rounding(const ModeWeights& weights, const SwitchLimits& limits, std::span<int> modes,
+                            std::span<double> owed) noexcept;
+
+/// The first with its own scratch; allocates.
 SumUpReport sum_up_rounding(const ModeWeights& weights, std::vector<int>& modes);
 
 }  // namespace solenoid

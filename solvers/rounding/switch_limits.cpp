@@ -26,6 +26,7 @@ SwitchLimits mode_set_limits(const ModeSet& modes, const SwitchTiming& timing, c
     const double dwell = timing.dwell[c];
     limits.switches.push_back({dwell, dwell, SwitchLimits::unlimited, static_cast<double>(lines.line(c).age)});
   }
+  limits.one_at_a_time.assign(modes.one_at_a_time().begin(), modes.one_at_a_time().end());
   limits.in_force = lines.commanded();
   return limits;
 }
@@ -38,6 +39,8 @@ LimitedWalk walk_limits(const SwitchLimits& limits, std::span<const double> dt, 
   std::int64_t pattern = limits.in_force;
   for (std::size_t k = 0; k < modes.size(); ++k) {
     const std::int64_t next = limits.patterns[static_cast<std::size_t>(modes[k])];
+    walk.allowed = walk.allowed &&
+                   (pattern < 0 || one_at_a_time(static_cast<SwitchPattern>(pattern ^ next), limits.one_at_a_time));
     for (std::size_t c = 0; c < limits.switches.size() && pattern >= 0; ++c) {
       if (((pattern ^ next) >> c & 1) == 0) continue;
       const SwitchLimits::PerSwitch& s = limits.switches[c];

@@ -22,7 +22,8 @@ struct SwitchLimits {
 
   std::vector<SwitchPattern> patterns;  ///< of each mode
   std::vector<PerSwitch> switches;
-  int max_changes = unlimited;  ///< of all switches together
+  int max_changes = unlimited;               ///< of all switches together
+  std::vector<SwitchPattern> one_at_a_time;  ///< groups of which at most one switch changes between two intervals
   /// The pattern in force when the grid begins; -1: none, the first mode is free of charge and dwell.
   std::int64_t in_force = -1;
 
@@ -33,7 +34,7 @@ struct SwitchLimits {
 /// No limits on `modes` modes, each a switch of its own: a change of mode turns one off and another on.
 SwitchLimits one_hot_limits(int modes);
 
-/// The patterns of a mode set with its dwell times, in model steps, after the commands in `lines`.
+/// The patterns of a mode set with its dwell times and groups, in model steps, after the commands in `lines`.
 SwitchLimits mode_set_limits(const ModeSet& modes, const SwitchTiming& timing, const DelayLines& lines);
 
 /// Whether `age` is a dwell of `least`, in spite of rounding.

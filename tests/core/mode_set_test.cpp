@@ -52,6 +52,8 @@ TEST_P(RandomLines, AgreeWithAListOfScheduledEdges) {
   timing.switches = n;
   for (std::size_t c = 0; c < max_switches; ++c)
     timing.rise[c] = below(longest), timing.fall[c] = below(longest), timing.dwell[c] = below(10);
+  timing.groups = static_cast<std::size_t>(GetParam() % 3 ? 0 : 1 + below(3));
+  for (std::size_t g = 0; g < timing.groups; ++g) timing.group[g] = static_cast<SwitchPattern>(below(1 << n));
   const auto start = static_cast<SwitchPattern>(below(1 << n));
   DelayLines lines(start);
   std::vector<NaiveLine> naive;
@@ -67,6 +69,12 @@ TEST_P(RandomLines, AgreeWithAListOfScheduledEdges) {
     bool free = true;
     for (std::size_t c = 0; c < naive.size(); ++c)
       if (naive[c].commanded() != (((pattern >> c) & 1u) != 0)) free = free && naive[c].free(timing.dwell[c]);
+    for (std::size_t g = 0; g < timing.groups; ++g) {
+      int changes = 0;
+      for (std::size_t c = 0; c < naive.size(); ++c)
+        changes += ((timing.group[g] >> c) & 1u) != 0 && naive[c].commanded() != (((pattern >> c) & 1u) != 0);
+      free = free && changes <= 1;
+    }
     ASSERT_EQ(lines.may_command(pattern, timing), free);
     lines.command(pattern, timing);
     for (std::size_t c = 0; c < naive.size(); ++c)
@@ -125,6 +133,13 @@ TEST(ModeSet, RefusesWhatIsWrongByName) {
   const auto timing = [](Switch s) {
     return [=] { SwitchTiming(ModeSet("m", {s}, {{"a", 0}}, {0.0}, {{1.0}}), 1e-3); };
   };
+  const auto grouped = [](std::vector<SwitchPattern> groups) {
+    return [=] { ModeSet("m", {{"s"}, {"t"}}, {{"a", 0}}, {0.0}, {{1.0}, {1.0}}, groups); };
+  };
+  expect_refused(grouped({4 | 1}), "a group has a switch beyond the 2");
+  expect_refused(grouped({2}), "needs two switches or more");
+  expect_refused(grouped(std::vector<SwitchPattern>(9, 3)), "9 groups");
+  EXPECT_NO_THROW(grouped({3})());
   expect_refused(timing({"s", 0.063}), "rise_delay of 0.063 s is 63 steps");
   expect_refused(timing({"s", 0, -0.001}), "fall_delay");
   expect_refused(timing({"s", 0, 0, 0.1}), "min_dwell");
@@ -160,6 +175,21 @@ TEST(ModeSet, ScalesDelaysAndKeepsTheRest) {
   EXPECT_EQ(timing.rise[0], 6);
   EXPECT_EQ(timing.fall[0], 2);  // 1.5 steps, rounded
   EXPECT_EQ(slow.size(), 9);
+}
+
+TEST(ModeSet, OfAGroupOneSwitchChangesWithOneCommand) {
+  const ModeSet modes("m", std::vector<Switch>(4), {{"a", 0}}, {0.0}, std::vector<std::vector<double>>(4, {1.0}),
+                      {0b0011, 0b1100});
+  EXPECT_THAT(modes.one_at_a_time(), testing::ElementsAre(0b0011u, 0b1100u));
+  EXPECT_THAT(modes.with_delays_scaled(2.0).one_at_a_time(), testing::ElementsAre(0b0011u, 0b1100u));
+  const SwitchTiming timing(modes, 1e-3);
+  for (SwitchPattern from = 0; from < 16; ++from) {
+    const DelayLines lines(from);
+    EXPECT_TRUE(lines.may_command(from, timing));
+    EXPECT_TRUE(lines.may_command(from ^ 0b0110u, timing));  // one of each
+    EXPECT_FALSE(lines.may_command(from ^ 0b0011u, timing));
+    EXPECT_FALSE(lines.may_command(from ^ 0b1101u, timing));
+  }
 }
 
 TEST(Valves, MapEveryPatternToItsOpenings) {

@@ -50,6 +50,7 @@ SwitchLimits random_limits(std::mt19937_64& random, int modes, double dt) {
   if (random() % 3) limits.in_force = limits.patterns[random() % limits.patterns.size()];
   if (random() % 3 == 0) limits.in_force = static_cast<std::int64_t>(random() % (1u << limits.switches.size()));
   if (random() % 3 == 0) limits.max_changes = static_cast<int>(random() % 7);
+  if (random() % 3 == 0) limits.one_at_a_time = {static_cast<SwitchPattern>(random() % (1u << limits.switches.size()))};
   for (SwitchLimits::PerSwitch& s : limits.switches) {
     if (random() % 2) s.min_on = dt * static_cast<double>(random() % 4);
     if (random() % 2) s.min_off = 3.0 * dt * unit(random);

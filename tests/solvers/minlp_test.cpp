@@ -73,6 +73,13 @@ TEST(RelaxedGradient, AgreesWithDifferences) {
   }
 }
 
+TEST(Bonmin, RefusesSwitchesThatChangeOneAtATime) {
+  auto problem = fishing_problem(0.1, {20});
+  problem.modes = ModeSet("two", {{"fleet"}, {"spare"}}, {{"ashore", 0}, {"fishing", 1}}, {0.0}, {{1.0}, {0.0}}, {3});
+  BonminSolver<Fishing> bonmin;
+  EXPECT_THROW(bonmin.prepare(problem), std::invalid_argument);
+}
+
 TEST(Bonmin, FindsTheBestPlanOfSmallProblemsOrNearly) {
   if (!minlp::available()) GTEST_SKIP() << "built without Bonmin";
   std::mt19937_64 random(2);

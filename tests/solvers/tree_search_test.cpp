@@ -186,6 +186,54 @@ TYPED_TEST(TreeSearch, CountsTheFirstChangeAgainstTheCommandInForce) {
   EXPECT_NEAR(from_left - this->solve(problem).report.cost, 0.25, 1e-12);
 }
 
+/// The best sequence that never changes both switches at once, by a check of its own of every sequence.
+Best one_switch_at_a_time(const Double& p) {
+  Double ungrouped(p.model, bang_coast_bang(), p.horizon, p.cost, p.bounds);
+  ungrouped.initial = p.initial, ungrouped.reference = p.reference, ungrouped.lines = p.lines;
+  Best best;
+  std::vector<int> modes(p.horizon.blocks.size(), 0);
+  for (;;) {
+    int before = static_cast<int>(p.lines.commanded()), switches = 0;
+    bool keeps = true;
+    for (const int mode : modes) {
+      keeps = keeps && !(before == 1 && mode == 2) && !(before == 2 && mode == 1) && !(before == 3 && mode == 0);
+      before = mode;  // modes of bang_coast_bang are their patterns
+    }
+    const double cost = keeps ? naive_cost(ungrouped, modes, switches) : best.cost;
+    if (keeps && (cost < best.cost || (cost == best.cost && switches < best.switches))) best = {cost, switches, modes};
+    std::size_t digit = modes.size();
+    while (digit > 0 && modes[digit - 1] == 2) modes[--digit] = 0;
+    if (digit == 0) return best;
+    ++modes[digit - 1];
+  }
+}
+
+TYPED_TEST(TreeSearch, ChangesOneSwitchAtATimeOfAGroup) {
+  std::mt19937_64 random(7);
+  const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+  const ModeSet grouped("grouped", {{"right"}, {"left"}}, {{"coast", 0}, {"right", 1}, {"left", 2}}, {0.0},
+                        {{1.0}, {-1.0}}, {0b11});
+  int binding = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    Cost<DoubleIntegrator> cost;
+    cost.tracking = {uniform(0, 1), uniform(0, 1)};
+    cost.switching = trial % 2 ? uniform(0, 0.05) : 0.0;
+    Double problem(DoubleIntegrator{}, grouped, {0.1, std::vector<int>(1 + random() % 5, 3)}, cost);
+    problem.initial = {uniform(-1, 1), uniform(-1, 1)};
+    for (auto& r : problem.reference) r = {uniform(-1, 1), uniform(-1, 1)};
+    problem.lines = DelayLines(static_cast<SwitchPattern>(random() % 4));
+    const Best best = one_switch_at_a_time(problem);
+    const Solved s = this->solve(problem);
+    EXPECT_EQ(s.report.status, Status::optimal);
+    EXPECT_EQ(s.report.cost, best.cost) << trial;  // bit for bit
+    EXPECT_EQ(s.report.switches, best.switches) << trial;
+    EXPECT_EQ(s.plan.modes, best.modes) << trial;
+    problem.modes = bang_coast_bang();
+    binding += this->solve(problem).report.cost < best.cost;
+  }
+  EXPECT_GT(binding, 20);
+}
+
 TYPED_TEST(TreeSearch, StopsAtADeadlineAlreadyPassedWithAUsableHold) {
   Double problem(DoubleIntegrator{}, bang_bang(), {0.1, {2, 2}}, {.terminal = {1.0, 0.0}});
   problem.lines = DelayLines(1);

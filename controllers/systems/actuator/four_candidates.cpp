@@ -26,7 +26,8 @@ ModeSet four_of(const ModeSet& all) {
     for (std::size_t i = 0; i < offset.size(); ++i) gain.back()[i] -= offset[i];
   }
   const std::vector<Switch> switches(all.switches().begin(), all.switches().end());
-  return {"four of " + all.name(), switches, chosen, offset, gain};
+  const std::vector<SwitchPattern> one_at_a_time(all.one_at_a_time().begin(), all.one_at_a_time().end());
+  return {"four of " + all.name(), switches, chosen, offset, gain, one_at_a_time};
 }
 
 }  // namespace
