@@ -42,7 +42,7 @@ struct Mode {
 /// through while edges are in flight. Pure data, immutable once built.
 ///
 /// Switches can be grouped: of a group, a mask of switches, at most one changes with one command. (A phase of a
-/// three-level inverter goes from + to - by way of 0.)
+/// phase with three levels goes from + to - by way of 0.)
 class ModeSet {
  public:
   /// gain[c] and offset have the model's switched_size entries. Throws std::invalid_argument, naming what is wrong.
@@ -69,7 +69,7 @@ class ModeSet {
   std::span<const double> point(SwitchPattern pattern) const;
   /// The mode that commands `pattern`, or -1.
   int find(SwitchPattern pattern) const;
-  /// The same modes with every delay multiplied by factor >= 0 (a plant whose valves are slower than believed).
+  /// The same modes with every delay multiplied by factor >= 0 (a plant whose switches are slower than believed).
   ModeSet with_delays_scaled(double factor) const;
 
  private:

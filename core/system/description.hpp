@@ -43,7 +43,7 @@ struct MetricColumn {
 /// What everything above the solvers knows of a plant: names, units and how many of each. Records, logs, tables and
 /// plots are made from it; whoever needs to know more than this is part of the system.
 struct SystemDescription {
-  std::string name;     ///< "actuator"
+  std::string name;     ///< "tank"
   std::string summary;  ///< one line for `list systems`
   std::vector<Signal> states, channels, continuous, beliefs;
   std::vector<MetricColumn> metrics;       ///< of a run, in the order of tables

@@ -1,7 +1,7 @@
 #include "controllers/estimators/extended_kalman.hpp"
 
-#include "controllers/timing.hpp"
 #include "core/actuator/dynamics.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "tests/support/double_integrator.hpp"
 #include "tests/support/lotka_volterra.hpp"
 #include "tests/support/uniform.hpp"
@@ -281,8 +281,8 @@ TEST(ExtendedKalmanFilter, JacobiansAgreeWithFiniteDifferences) {
                              uniform(random, 1.4e5, 1.85e5)};
     const Vector<double, 4> opening = trial % 2 ? Vector<double, 4>{1, 0, 0, 1} : Vector<double, 4>{0, 1, 1, 0};
     expect_kalman_jacobian<PneumaticActuator>(
-        actuator, actuator_setup(), x, opening, {2.0}, tick_s, {1e-6, 1e-6, 1.0, 1.0},
-        [&](const auto& at) { return actuator.smooth_step<double>(at, opening, {2.0}, tick_s); });
+        actuator, actuator_setup(), x, opening, {2.0}, actuator_timing.tick_s, {1e-6, 1e-6, 1.0, 1.0},
+        [&](const auto& at) { return actuator.smooth_step<double>(at, opening, {2.0}, actuator_timing.tick_s); });
   }
 }
 

@@ -2,8 +2,8 @@
 
 #include "controllers/estimators/extended_kalman.hpp"
 #include "controllers/estimators/observability.hpp"
-#include "controllers/timing.hpp"
 #include "core/actuator/prestabilised.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "solvers/search/branch_and_bound.hpp"
 #include "solvers/search/exhaustive.hpp"
 #include "tests/support/double_integrator.hpp"
@@ -49,7 +49,9 @@ TEST(KalmanObservability, SeesTheActuatorsForceFromPositionAndPressures) {
   setup.channels = {KalmanChannel<M>::of(position, 3e-5), KalmanChannel<M>::of(pressure_a, 100.0, 0.0, 10),
                     KalmanChannel<M>::of(pressure_b, 100.0, 0.0, 10)};
   setup.disturbances = {{.states = {0.0, 1.0}, .sigma = 2.0}};
-  const auto of = [&] { return observability(M(), setup, {0.05, 0.1, 1.5e5, 1.6e5}, {1, 0, 0, 1}, {0.0}, tick_s); };
+  const auto of = [&] {
+    return observability(M(), setup, {0.05, 0.1, 1.5e5, 1.6e5}, {1, 0, 0, 1}, {0.0}, actuator_timing.tick_s);
+  };
   EXPECT_TRUE(of().observable());
   setup.disturbances.push_back({.channels = {0.0, 1.0}, .sigma = 1e3});  // each sensor may have an offset of its own
   setup.disturbances.push_back({.channels = {0.0, 0.0, 1.0}, .sigma = 1e3});
@@ -69,15 +71,17 @@ TEST(OffsetFreeModel, AddsWhatIsHeldToStepsAndOutputsAndNothingElse) {
   WithDisturbance<PrestabilisedActuator> model(own);
   const ActuatorState x = {0.05, 0.1, 1.5e5, 1.6e5};
   const Vector<double, 4> s = {1, 0, 0, 1};
-  EXPECT_EQ(model.step<double>(x, s, {1.0}, tick_s), own.step<double>(x, s, {1.0}, tick_s));
+  EXPECT_EQ(model.step<double>(x, s, {1.0}, actuator_timing.tick_s),
+            own.step<double>(x, s, {1.0}, actuator_timing.tick_s));
   const ActuatorState rate = {0.0, 2.0, -3e4, 1e4};
   model.set_disturbance(rate, {1e-3, 0.02});
-  const auto stepped = model.step<double>(x, s, {1.0}, tick_s), before = own.step<double>(x, s, {1.0}, tick_s);
-  const auto smooth = model.smooth_step<double>(x, s, {1.0}, tick_s),
-             smooth_before = own.smooth_step<double>(x, s, {1.0}, tick_s);
+  const auto stepped = model.step<double>(x, s, {1.0}, actuator_timing.tick_s),
+             before = own.step<double>(x, s, {1.0}, actuator_timing.tick_s);
+  const auto smooth = model.smooth_step<double>(x, s, {1.0}, actuator_timing.tick_s),
+             smooth_before = own.smooth_step<double>(x, s, {1.0}, actuator_timing.tick_s);
   for (std::size_t i = 0; i < 4; ++i) {
-    EXPECT_EQ(stepped[i], before[i] + tick_s * rate[i]);
-    EXPECT_EQ(smooth[i], smooth_before[i] + tick_s * rate[i]);
+    EXPECT_EQ(stepped[i], before[i] + actuator_timing.tick_s * rate[i]);
+    EXPECT_EQ(smooth[i], smooth_before[i] + actuator_timing.tick_s * rate[i]);
   }
   EXPECT_EQ(model.output<double>(x), (Vector<double, 2>{0.05 + 1e-3, 0.1 + 0.02}));
   EXPECT_EQ(model.consumption<double>(x, s), own.consumption<double>(x, s));
@@ -101,8 +105,8 @@ TEST(OffsetFreeModel, EnclosesTheStepsOfABox) {
     }
     const Vector<double, 4> none = {0, 0, 0, 0}, all = {1, 1, 1, 1}, s = {1, 0, 0, 1};
     const Vector<double, 2> setpoint = {0.05, 0.0};
-    model.enclose_step<double>(low, high, none, all, setpoint, {0.0}, tick_s);
-    const auto next = model.step<double>(x, s, model.feedback<double>(x, setpoint), tick_s);
+    model.enclose_step<double>(low, high, none, all, setpoint, {0.0}, actuator_timing.tick_s);
+    const auto next = model.step<double>(x, s, model.feedback<double>(x, setpoint), actuator_timing.tick_s);
     for (std::size_t i = 0; i < 4; ++i) {
       EXPECT_GE(next[i], low[i] - 1e-9 * std::abs(low[i])) << i;
       EXPECT_LE(next[i], high[i] + 1e-9 * std::abs(high[i])) << i;

@@ -1,9 +1,8 @@
 #include "controllers/estimators/extended_kalman.hpp"
-
 #include "controllers/estimators/offset_free.hpp"
-#include "controllers/timing.hpp"
 #include "core/actuator/dynamics.hpp"
 #include "core/rt/allocation_guard.hpp"
+#include "core/systems/actuator/signals.hpp"
 
 #include <gtest/gtest.h>
 
@@ -19,7 +18,7 @@ TEST(ExtendedKalmanAllocations, UpdateAllocatesNothing) {
   setup.disturbances = {{.states = {0.0, 1.0}, .sigma = 2.0, .memory_s = 1.0}};
   setup.process_sigma = {0.0, 0.01, 5e3, 5e3};
   setup.start = {0.05, 0.0, 1.5e5, 1.5e5}, setup.start_sigma = {1e-3, 0.1, 1e4, 1e4};
-  ExtendedKalman<M> filter(M(), setup, tick_s);
+  ExtendedKalman<M> filter(M(), setup, actuator_timing.tick_s);
   WithDisturbance<M> predicted;
   std::int64_t allocations = 0;
   double sum = 0.0;
@@ -31,7 +30,7 @@ TEST(ExtendedKalmanAllocations, UpdateAllocatesNothing) {
     sum += filter.update(measured)[0] + filter.sigma()[0] + filter.innovation() + filter.covariance()(0, 0);
     filter.applied({1, 0, 0, 1}, {k == 200 ? std::nan("") : 1.0});
     predicted.set_disturbance(filter.disturbance_rate());
-    sum += predicted.step<double>(filter.state(), {1, 0, 0, 1}, {0.0}, tick_s)[0];
+    sum += predicted.step<double>(filter.state(), {1, 0, 0, 1}, {0.0}, actuator_timing.tick_s)[0];
     allocations += AllocationGuard::thread_allocations() - before;
   }
   EXPECT_TRUE(std::isfinite(sum));
