@@ -1,6 +1,6 @@
 #include "controllers/estimators/extended_kalman.hpp"
 
-#include "core/actuator/dynamics.hpp"
+#include "core/systems/actuator/dynamics.hpp"
 #include "core/systems/actuator/signals.hpp"
 #include "tests/support/double_integrator.hpp"
 #include "tests/support/lotka_volterra.hpp"

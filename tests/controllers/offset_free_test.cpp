@@ -2,7 +2,7 @@
 
 #include "controllers/estimators/extended_kalman.hpp"
 #include "controllers/estimators/observability.hpp"
-#include "core/actuator/prestabilised.hpp"
+#include "core/systems/actuator/prestabilised.hpp"
 #include "core/systems/actuator/signals.hpp"
 #include "solvers/search/branch_and_bound.hpp"
 #include "solvers/search/exhaustive.hpp"

@@ -1,7 +1,7 @@
 #include "controllers/estimators/extended_kalman.hpp"
 #include "controllers/estimators/offset_free.hpp"
-#include "core/actuator/dynamics.hpp"
 #include "core/rt/allocation_guard.hpp"
+#include "core/systems/actuator/dynamics.hpp"
 #include "core/systems/actuator/signals.hpp"
 
 #include <gtest/gtest.h>
