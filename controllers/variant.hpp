@@ -14,8 +14,10 @@
 
 namespace solenoid {
 
-/// What a tick and a control period may be [ms].
-inline const Range tick_range_ms{0.01, 1000.0}, period_range_ms{0.01, 60000.0};
+/// What a tick may be [ms].
+inline const Range tick_range_ms{0.01, 1000.0};
+/// What a control period may be [ms].
+inline const Range period_range_ms{0.01, 60000.0};
 
 /// Sampling as a variant or scenario has it; what it does not say is the system's own.
 struct TimingKeys {

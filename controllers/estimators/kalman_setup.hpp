@@ -126,11 +126,13 @@ struct KalmanSetup {
   }
 };
 
-/// States and disturbances of a filter, c = (x, d), and matrices over them; at most state_size + 4 of either.
+/// States and disturbances of a filter, c = (x, d), are at most so many.
 template <HybridModel M>
 inline constexpr int most_core = int{M::state_size} + KalmanLimits::disturbances;
+/// A vector c.
 template <HybridModel M>
 using CoreVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most_core<M>, 1>;
+/// A matrix over c.
 template <HybridModel M>
 using CoreMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, most_core<M>, most_core<M>>;
 

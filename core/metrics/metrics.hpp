@@ -20,6 +20,7 @@ Percentiles percentiles(std::vector<double>& sample);
 /// Metrics say how a run went: numbers by name, in the order in which tables show them, and what the solver did.
 class Metrics {
  public:
+  /// One of them.
   struct Number {
     std::string name;  ///< "rmse_mm", the unit included
     double value = 0.0;

@@ -6,9 +6,17 @@
 
 namespace solenoid {
 
-/// What a system may have at most: records of a tick are arrays of these lengths, so that a tick allocates nothing and
+/// States a system may have at most, and so on below: records of a tick are arrays of these lengths, so that a tick allocates nothing and
 /// loop, recorder, log and metrics are compiled once for every system. Entries beyond a system's own stay zero.
-inline constexpr std::size_t max_states = 12, max_channels = 6, max_continuous = 4, max_axes = 4, max_beliefs = 8;
+inline constexpr std::size_t max_states = 12;
+/// Measured channels.
+inline constexpr std::size_t max_channels = 6;
+/// Continuous inputs.
+inline constexpr std::size_t max_continuous = 4;
+/// Axes: what a task gives a desired motion.
+inline constexpr std::size_t max_axes = 4;
+/// What an estimator believes beyond the state.
+inline constexpr std::size_t max_beliefs = 8;
 
 /// Values of a system's states, in the order of its description.
 using StateValues = std::array<double, max_states>;

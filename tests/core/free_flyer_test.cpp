@@ -57,7 +57,7 @@ FlyerState stepped(const FreeFlyer& model, FlyerState x, const Thrusters& s, dou
   return x;
 }
 
-/// The differential equations as the paper has them, thruster by thruster: place, direction of force, and the torque as
+/// The differential equations as one writes them on paper, thruster by thruster: place, direction of force, and the torque as
 /// their cross product.
 FlyerState flyer_rate(const FreeFlyerParameters& p, const FlyerState& x, const Thrusters& s) {
   const double l = p.lever_m;

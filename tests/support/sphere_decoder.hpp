@@ -15,8 +15,8 @@
 namespace solenoid::test {
 
 /// Multistep direct MPC of a three-level inverter's load currents by sphere decoding: an opinion that shares nothing
-/// with the project's model, rollout and searches but the parameters. Written from T. Geyer, D. E. Quevedo, IEEE Trans.
-/// Power Electronics 29(12), 2014, sections IV and V:
+/// with the project's model, rollout and searches but the parameters. The problem and the method are those of
+/// T. Geyer, D. E. Quevedo, IEEE Trans. Power Electronics 29(12), 2014, by their abstract and the method's common form:
 ///
 ///     minimise   J = sum_{j=1..N} |i_ref[j] - i[j]|^2 + lambda sum_{j<N} |u[j] - u[j-1]|^2
 ///     over       u[j] in {-1, 0, 1}^3   subject to   |u[j] - u[j-1]|_inf <= 1

@@ -24,8 +24,8 @@ struct InverterParameters {
   double emf_amplitude_v = 2356.0;  ///< at rated current and voltage with a power factor of 0.85 (from these values)
   double emf_frequency_hz = 50.0;   ///< rated
   double rated_current_a = 503.5;   ///< amplitude: sqrt(2) 356 A
-  double sampling_s = 25e-6;        ///< the paper's
-  double switching_delay_s = 0.0;   ///< from a command to its effect, dead time included; the paper has none
+  double sampling_s = 25e-6;        ///< usual for such drives with direct control; not compared with the paper's text
+  double switching_delay_s = 0.0;   ///< from a command to its effect, dead time included
 };
 
 /// The amplitude-invariant Clarke transform: of three phase quantities the vector (alpha, beta) without their mean.

@@ -15,7 +15,7 @@ const std::vector<std::string>& inverter_configurations();
 ///
 ///     three_level   neutral-point clamped: two gate signals a phase, level = lower + upper - 1, 27 modes. The pattern
 ///                   upper on, lower off does not exist, and of a phase's two signals one changes at a time, so that a
-///                   phase goes from + to - by way of 0 (|u[k] - u[k-1]|_inf <= 1 in Geyer and Quevedo 2014). So the
+///                   phase goes from + to - by way of 0 (|u[k] - u[k-1]|_inf <= 1, usual with such inverters). So the
 ///                   switch changes of a command are |u[k] - u[k-1]|_1 = |u[k] - u[k-1]|_2^2.
 ///     two_level     one gate signal a phase, level = 2 signal - 1, 8 modes
 ///

@@ -15,7 +15,7 @@ namespace solenoid {
 ///   [1] F. Stark, mimpc, github.com/dfki-ric-underactuated-lab/mimpc, commit b4f6ae75,
 ///       include/systems/REACSA_constants.h, with the frame of src/systems/REACSA.cpp
 ///   [2] F. Stark, J. Middelberg, S. Vyas, Mixed-Integer vs. Continuous Model Predictive Control for Binary Thrusters,
-///       EuroGNC 2026, arXiv 2603.19796 (the comparison on this platform)
+///       EuroGNC 2026, arXiv 2603.19796: the comparison on this platform; no figure here is from it
 ///
 /// REACSA has a reaction wheel too; it stands still here.
 struct FreeFlyerParameters {
