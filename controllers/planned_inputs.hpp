@@ -28,8 +28,8 @@ concept Believes = requires(M& model, const EstimateDetail& found) {
   model.believe(found);
 };
 
-/// The continuous inputs of a system that has no law beside its plans: what the plan says, on top of the model's own
-/// feedback if there is one. A system with laws of its own has a class with these two functions.
+/// The continuous inputs of a system that has no law beside its plans: what the plan says. A system with laws of its own,
+/// or whose model has feedback, has a class with these two functions.
 /// promise  no allocation, lock or exception
 template <HybridModel M>
 struct PlannedInputs {

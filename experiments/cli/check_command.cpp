@@ -1,5 +1,7 @@
 #include "controllers/factory.hpp"
+#include "controllers/systems/actuator/actuator_guard.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
 #include "experiments/base/result.hpp"
 #include "experiments/campaign/campaign.hpp"

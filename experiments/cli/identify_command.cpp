@@ -1,5 +1,7 @@
+#include "controllers/systems/actuator/actuator_guard.hpp"
 #include "core/config/reader.hpp"
 #include "core/rt/process_setup.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/interrupt.hpp"
 #include "experiments/base/machine.hpp"

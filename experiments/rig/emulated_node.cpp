@@ -1,5 +1,7 @@
 #include "experiments/rig/emulated_node.hpp"
 
+#include "core/systems/actuator/signals.hpp"
+
 #include <algorithm>
 #include <cmath>
 

@@ -1,9 +1,11 @@
 #include "experiments/rig/fault_table.hpp"
 
 #include "controllers/factory.hpp"
+#include "controllers/systems/actuator/actuator_guard.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "core/rt/deferred_solver.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
 #include "experiments/base/result.hpp"
 #include "experiments/campaign/campaign.hpp"

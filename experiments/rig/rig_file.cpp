@@ -1,6 +1,7 @@
 #include "experiments/rig/rig_file.hpp"
 
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/base/files.hpp"
 
 #include <set>

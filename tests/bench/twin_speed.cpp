@@ -1,6 +1,7 @@
 // Speed of the truth plant: simulated seconds a second of one core, plant and sensors only, in the mode campaigns use
 // and in the adaptive one; and how far the modes part over the same commands.
 
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/systems/actuator/twin/twin_plant.hpp"
 
 #include <algorithm>

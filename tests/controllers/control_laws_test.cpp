@@ -1,6 +1,7 @@
 #include "controllers/catalogue.hpp"
 #include "controllers/mpc_controller.hpp"
 #include "controllers/systems/actuator/motor_inputs.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
 
 #include <gtest/gtest.h>

@@ -2,6 +2,7 @@
 #include "controllers/estimators/forecast.hpp"
 #include "controllers/estimators/sensitivity.hpp"
 #include "controllers/systems/actuator/estimators/moving_horizon.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "tests/support/drawn_world.hpp"
 
 #include <cmath>

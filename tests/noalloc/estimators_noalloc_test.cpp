@@ -1,5 +1,6 @@
 #include "controllers/catalogue.hpp"
 #include "core/rt/allocation_guard.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "tests/support/drawn_world.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 #include "core/rt/allocation_guard.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/systems/actuator/twin/twin_plant.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
 #include "experiments/base/bytes.hpp"
 #include "experiments/rig/log/mcap_reader.hpp"

@@ -1,4 +1,5 @@
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/rig/emulated_node.hpp"
 #include "experiments/rig/rig_file.hpp"
 #include "experiments/rig/udp_io.hpp"

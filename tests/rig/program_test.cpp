@@ -1,5 +1,6 @@
 #include "controllers/instances/instance_set.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/rig/fault_table.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
 #include "experiments/rig/replay_run.hpp"

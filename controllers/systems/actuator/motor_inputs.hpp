@@ -16,7 +16,7 @@ struct UseEstimate {
 /// estimator finds. The Inputs of an MpcController.
 class MotorInputs {
  public:
-  explicit MotorInputs(MotorLaw law = NoMotor{}, UseEstimate use = {}) : law_(std::move(law)), use_(use) {}
+  explicit MotorInputs(const MotorLaw& law = NoMotor{}, UseEstimate use = {}) : law_(law), use_(use) {}
 
   /// What the variant uses of the estimate into the model and the law.
   void believe(const EstimateDetail& found, PneumaticActuator& model) noexcept {

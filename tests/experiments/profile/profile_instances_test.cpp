@@ -2,6 +2,7 @@
 #include "controllers/instances/recording_solver.hpp"
 #include "core/config/reader.hpp"
 #include "core/mpc/rollout.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/campaign/simulate.hpp"
 #include "experiments/profile/record.hpp"
 #include "experiments/profile/replay.hpp"

@@ -3,6 +3,7 @@
 //
 //   FAKE_COMEDI=fail@N | block@N   every read from the Nth on fails, or never comes back
 //   FAKE_COMEDI_REPORT=FILE        holds the outputs of the last write
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/scenario.hpp"
 #include "experiments/rig/calibration.hpp"

@@ -1,5 +1,7 @@
 #include "controllers/systems/actuator/estimators/kalman.hpp"
 
+#include "core/systems/actuator/signals.hpp"
+
 #include <cmath>
 
 namespace solenoid {

@@ -1,6 +1,7 @@
 #include "controllers/systems/actuator/estimators/sensed_model.hpp"
 
 #include "controllers/estimators/sensitivity.hpp"
+#include "core/systems/actuator/signals.hpp"
 
 #include <algorithm>
 #include <cmath>

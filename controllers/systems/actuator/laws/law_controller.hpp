@@ -3,6 +3,7 @@
 #include "controllers/controller_shell.hpp"
 #include "controllers/systems/actuator/laws/law.hpp"
 #include "controllers/systems/actuator/motor_inputs.hpp"
+#include "core/systems/actuator/signals.hpp"
 
 namespace solenoid {
 

@@ -1,6 +1,7 @@
 #include "experiments/systems/actuator/identify/log_source.hpp"
 
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
 

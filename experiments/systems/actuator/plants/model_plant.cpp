@@ -1,5 +1,7 @@
 #include "experiments/systems/actuator/plants/model_plant.hpp"
 
+#include "core/systems/actuator/signals.hpp"
+
 #include <cmath>
 
 namespace solenoid {

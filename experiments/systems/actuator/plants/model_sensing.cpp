@@ -1,5 +1,7 @@
 #include "experiments/systems/actuator/plants/model_sensing.hpp"
 
+#include "core/systems/actuator/signals.hpp"
+
 namespace solenoid {
 
 ModelSensing::ModelSensing(const ModelSensingSettings& s, double tick_s, std::uint64_t seed)

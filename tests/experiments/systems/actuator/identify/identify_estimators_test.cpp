@@ -1,5 +1,6 @@
 #include "core/config/reader.hpp"
 #include "core/signal/bessel.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/systems/actuator/identify/chambers.hpp"
 #include "experiments/systems/actuator/identify/coverage_study.hpp"
 #include "experiments/systems/actuator/identify/experiment.hpp"
@@ -87,6 +88,7 @@ TEST(Statistics, NonlinearFitAgreesWithTheLinearOneOnALinearProblem) {
 
 TEST(Signals, GaussianKeepsParabolasAndTheirDerivatives) {
   std::vector<double> y;
+  y.reserve(1000);
   for (int t = 0; t < 1000; ++t) y.push_back(0.3 + 2e-3 * t + 5e-6 * t * t);
   const std::vector<double> rate = gaussian(y, 1e-3, 0.02, 1), acceleration = gaussian(y, 1e-3, 0.02, 2);
   EXPECT_NEAR(gaussian(y, 1e-3, 0.02)[500], y[500] + 5e-6 * 400,
@@ -97,6 +99,7 @@ TEST(Signals, GaussianKeepsParabolasAndTheirDerivatives) {
 
 TEST(Signals, BesselDelaysALineByItsGroupDelay) {
   std::vector<double> line;
+  line.reserve(400);
   for (int t = 0; t < 400; ++t) line.push_back(t);
   EXPECT_NEAR(through_bessel(line, 1e-3, 0.0101, Between::straight)[300], 300 - 10.1, 0.02);
   EXPECT_NEAR(through_bessel(line, 1e-3, 0.0101, Between::held)[300], 300 - 10.1 - 0.5, 0.02);

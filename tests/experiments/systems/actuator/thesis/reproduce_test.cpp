@@ -1,6 +1,7 @@
 #include "experiments/systems/actuator/thesis/reproduce.hpp"
 
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/base/result.hpp"
 #include "experiments/systems/actuator/thesis/cases.hpp"
 #include "tests/experiments/program_under_test.hpp"

@@ -1,3 +1,4 @@
+#include "core/systems/actuator/signals.hpp"
 #include "tests/experiments/systems/actuator/twin/twin_support.hpp"
 
 #include <random>

@@ -1,3 +1,4 @@
+#include "core/systems/actuator/signals.hpp"
 #include "experiments/campaign/simulate.hpp"
 #include "experiments/systems/actuator/thesis/fidelity.hpp"
 #include "tests/experiments/systems/actuator/twin/twin_support.hpp"
