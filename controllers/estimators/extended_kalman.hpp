@@ -93,10 +93,7 @@ class ExtendedKalman {
   double disturbance_sigma(std::size_t i) const noexcept { return deviation(n + static_cast<int>(i)); }
   /// What the disturbances add to the states per second, sum_i b_i d_i: for WithDisturbance.
   StateOf<M> disturbance_rate() const noexcept {
-    StateOf<M> rate{};
-    for (std::size_t i = 0; i < setup_.disturbances.size(); ++i)
-      for (std::size_t j = 0; j < M::state_size; ++j) rate[j] += setup_.disturbances[i].states[j] * disturbance(i);
-    return rate;
+    return solenoid::disturbance_rate(setup_.disturbances, [this](std::size_t i) { return disturbance(i); });
   }
   /// Covariance of states and disturbances.
   CoreMatrix<M> covariance() const noexcept { return covariance_.topLeftCorner(core_, core_); }

@@ -54,10 +54,7 @@ class HeldDisturbances {
       : disturbances_(std::move(disturbances)) {}
 
   void believe(const EstimateDetail& found, WithDisturbance<M>& model) const noexcept {
-    StateOf<M> rate{};
-    for (std::size_t i = 0; i < disturbances_.size(); ++i)
-      for (std::size_t k = 0; k < M::state_size; ++k) rate[k] += disturbances_[i].states[k] * found.belief[i];
-    model.set_disturbance(rate);
+    model.set_disturbance(disturbance_rate(disturbances_, [&found](std::size_t i) { return found.belief[i]; }));
   }
   ContinuousOf<M> apply(const WithDisturbance<M>&, const ReferenceSample&, const StateOf<M>&,
                         const ContinuousOf<M>& planned) const noexcept {

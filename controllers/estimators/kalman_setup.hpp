@@ -69,6 +69,15 @@ struct KalmanDisturbance {
   }
 };
 
+/// What disturbances of these values, value(i) of the i-th, add to the states per second: sum_i b_i d_i.
+template <HybridModel M, class Value>
+StateOf<M> disturbance_rate(const std::vector<KalmanDisturbance<M>>& disturbances, const Value& value) noexcept {
+  StateOf<M> rate{};
+  for (std::size_t i = 0; i < disturbances.size(); ++i)
+    for (std::size_t k = 0; k < M::state_size; ++k) rate[k] += disturbances[i].states[k] * value(i);
+  return rate;
+}
+
 /// What an ExtendedKalman believes of the sensors, of what the model leaves out, and of the state before it has
 /// measured anything.
 template <HybridModel M>

@@ -3,17 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace solenoid {
 namespace {
 
 constexpr int most_predicted_ticks = 50;  // a longer gap ends in SAFE, and the filter starts anew
 
-bool finite(const StateValues& x) {
-  return std::all_of(x.begin(), x.end(), [](double v) { return std::isfinite(v); });
-}
-bool finite(const ContinuousValues& u) {
-  return std::all_of(u.begin(), u.end(), [](double v) { return std::isfinite(v); });
+bool finite(std::span<const double> values) {
+  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
 
 }  // namespace
