@@ -1,5 +1,5 @@
 # solenoid_embed_texts(<target> <files...> [ALIASED <folder> <files...>]): the files' contents inside the target, so that an
-# installed program needs no data folder. Names are relative to data/ below the calling folder, or to the calling folder itself;
+# installed program needs no data folder. Names are relative to a system's data/, or to the calling folder itself;
 # those after ALIASED are <folder>/<file's own name>.
 # experiments/base/embedded.hpp declares how to read them.
 function(solenoid_embed_texts target)
@@ -11,7 +11,7 @@ function(solenoid_embed_texts target)
     set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
     file(READ ${file} text)
     file(RELATIVE_PATH name ${CMAKE_CURRENT_SOURCE_DIR} ${file})
-    string(REGEX REPLACE "^data/" "" name ${name})
+    string(REGEX REPLACE "^systems/[a-z_]+/data/" "" name ${name})
     if(file IN_LIST arg_ALIASED)
       get_filename_component(name ${file} NAME)
       string(PREPEND name ${folder}/)

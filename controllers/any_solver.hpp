@@ -1,7 +1,7 @@
 #pragma once
 
+#include "controllers/registered_systems.hpp"
 #include "core/mpc/solver.hpp"
-#include "core/systems/actuator/prestabilised.hpp"
 
 #include <functional>
 #include <memory>
@@ -9,9 +9,14 @@
 
 namespace solenoid {
 
-/// A solver over either of the models that controllers believe.
-using AnySolver =
-    std::variant<std::unique_ptr<Solver<PneumaticActuator>>, std::unique_ptr<Solver<PrestabilisedActuator>>>;
+/// A row of the catalogue makes its solver as this.
+template <HybridModel M>
+using SolverPtr = std::unique_ptr<Solver<M>>;
+
+/// A solver over any of the models that controllers believe.
+using AnySolver = AllModels::AnyOf<SolverPtr>;
+/// A problem over any of them.
+using AnyProblem = AllModels::AnyOf<Problem>;
 
 /// Puts something around a solver before a controller gets it: a thread, a recorder, a stopwatch, injected faults.
 using SolverDecorator = std::function<AnySolver(AnySolver)>;

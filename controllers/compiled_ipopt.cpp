@@ -3,12 +3,11 @@
 
 namespace solenoid {
 
-template <HybridModel Model>
-std::unique_ptr<RelaxedSolver<Model>> make_relaxed_ipopt() {
-  return std::make_unique<RelaxedIpopt<Model, 2, 2>>();
+const MakerFor<AllModels, RelaxedPtr, AsCompiled>& relaxed_ipopt_makers() {
+  static const MakerFor<AllModels, RelaxedPtr, AsCompiled> makers = []<ActuatorModel M>(AsCompiled) -> RelaxedPtr<M> {
+    return std::make_unique<RelaxedIpopt<M, 2, 2>>();
+  };
+  return makers;
 }
-
-template std::unique_ptr<RelaxedSolver<PneumaticActuator>> make_relaxed_ipopt();
-template std::unique_ptr<RelaxedSolver<PrestabilisedActuator>> make_relaxed_ipopt();
 
 }  // namespace solenoid

@@ -2,23 +2,20 @@
 
 namespace solenoid {
 
-template <HybridModel Model>
-std::unique_ptr<Solver<Model>> make_rounding(const ProjectedGradientSettings& relaxation,
-                                             const RelaxAndRoundSettings& settings) {
-  return std::make_unique<RelaxAndRound<Model>>(make_projected_gradient<Model>(relaxation), settings);
+const MakerFor<AllModels, SolverPtr, const RoundingParts&>& rounding_makers() {
+  static const MakerFor<AllModels, SolverPtr, const RoundingParts&> makers =
+      []<HybridModel M>(const RoundingParts& parts) -> SolverPtr<M> {
+    return std::make_unique<RelaxAndRound<M>>(make_projected_gradient<M>(parts.relaxation), parts.rounding);
+  };
+  return makers;
 }
 
-template <HybridModel Model>
-std::unique_ptr<RelaxedSolver<Model>> make_projected_gradient(const ProjectedGradientSettings& settings) {
-  return std::make_unique<ProjectedGradient<Model>>(settings);
+const MakerFor<AllModels, RelaxedPtr, const ProjectedGradientSettings&>& projected_gradient_makers() {
+  static const MakerFor<AllModels, RelaxedPtr, const ProjectedGradientSettings&> makers =
+      []<HybridModel M>(const ProjectedGradientSettings& settings) -> RelaxedPtr<M> {
+    return std::make_unique<ProjectedGradient<M>>(settings);
+  };
+  return makers;
 }
-
-template std::unique_ptr<Solver<PneumaticActuator>> make_rounding(const ProjectedGradientSettings&,
-                                                                  const RelaxAndRoundSettings&);
-template std::unique_ptr<Solver<PrestabilisedActuator>> make_rounding(const ProjectedGradientSettings&,
-                                                                      const RelaxAndRoundSettings&);
-template std::unique_ptr<RelaxedSolver<PneumaticActuator>> make_projected_gradient(const ProjectedGradientSettings&);
-template std::unique_ptr<RelaxedSolver<PrestabilisedActuator>> make_projected_gradient(
-    const ProjectedGradientSettings&);
 
 }  // namespace solenoid

@@ -27,12 +27,11 @@ class SizedSqp final : public RelaxedSolver<Model> {
 
 }  // namespace
 
-template <HybridModel Model>
-std::unique_ptr<RelaxedSolver<Model>> make_relaxed_sqp() {
-  return std::make_unique<SizedSqp<Model>>();
+const MakerFor<AllModels, RelaxedPtr, AsCompiled>& relaxed_sqp_makers() {
+  static const MakerFor<AllModels, RelaxedPtr, AsCompiled> makers = []<ActuatorModel M>(AsCompiled) -> RelaxedPtr<M> {
+    return std::make_unique<SizedSqp<M>>();
+  };
+  return makers;
 }
-
-template std::unique_ptr<RelaxedSolver<PneumaticActuator>> make_relaxed_sqp();
-template std::unique_ptr<RelaxedSolver<PrestabilisedActuator>> make_relaxed_sqp();
 
 }  // namespace solenoid

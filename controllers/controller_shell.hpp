@@ -4,8 +4,16 @@
 #include "controllers/estimators/estimator.hpp"
 #include "core/reference/restartable.hpp"
 #include "core/rt/controller.hpp"
+#include "core/system/description.hpp"
 
 namespace solenoid {
+
+/// A motion that can begin anew, each axis going to its start as fast as the system has it.
+inline RestartableReference restartable(const Motion& motion, const SystemDescription& system) {
+  AxisValues speeds{};
+  for (std::size_t a = 0; a < system.axes.size(); ++a) speeds[a] = system.axes[a].approach;
+  return RestartableReference(motion, speeds);
+}
 
 /// What a decider sees of a tick beside the decision so far (reference and estimate).
 struct Moment {

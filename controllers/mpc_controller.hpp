@@ -122,7 +122,7 @@ class MpcController {
   void update_offsets(Decision& d) noexcept {
     const OutputOf<Model> output = model().template output<double>(first<Model::state_size>(d.estimate));
     for (std::size_t i = 0; i < parts_.outputs.size(); ++i)
-      if (const auto [axis, derivative] = parts_.outputs[i]; derivative == 0)
+      if (const std::size_t axis = parts_.outputs[i].axis; parts_.outputs[i].derivative == 0)
         d.offset[axis] = offset_[axis].update(d.reference.axis[axis].value - output[i]);
   }
 
@@ -179,7 +179,8 @@ class MpcController {
   OutputOf<Model> outputs(const ReferenceSample& desired, const AxisValues& offset) const noexcept {
     OutputOf<Model> wanted{};
     for (std::size_t i = 0; i < parts_.outputs.size(); ++i) {
-      const auto [axis, derivative] = parts_.outputs[i];
+      const std::size_t axis = parts_.outputs[i].axis;
+      const int derivative = parts_.outputs[i].derivative;
       const MotionSample& motion = desired.axis[axis];
       wanted[i] = derivative == 0 ? motion.value + offset[axis] : derivative == 1 ? motion.rate : motion.acceleration;
     }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/system/description.hpp"
+#include "controllers/system.hpp"
 
 #include <span>
 #include <string_view>
@@ -8,9 +8,18 @@
 namespace solenoid {
 
 /// The systems there are, in the order of listings; the first is what a file means that names none.
-std::span<const SystemDescription* const> systems();
+std::span<const System* const> systems();
 
 /// The system of this name, or null.
-const SystemDescription* find_system(std::string_view name);
+const System* find_system(std::string_view name);
+
+/// The names, for messages.
+std::string system_names();
+
+/// Whose controller a variant is.
+const System& system_of(const VariantConfig& variant);
+
+/// Reads the key `system` of a variant or scenario. Throws ConfigError.
+const System& read_system(TableReader& table);
 
 }  // namespace solenoid

@@ -1,18 +1,19 @@
 #pragma once
 
 #include "controllers/integral_offset.hpp"
-#include "controllers/systems/actuator/estimators/tuning.hpp"
-#include "controllers/systems/actuator/laws/settings.hpp"
-#include "controllers/systems/actuator/motor_inputs.hpp"
+#include "controllers/own_settings.hpp"
 #include "core/config/reader.hpp"
+#include "core/system/signals.hpp"
 #include "core/system/timing.hpp"
-#include "core/systems/actuator/parameters.hpp"
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace solenoid {
+
+class System;
 
 /// What a tick may be [ms].
 inline const Range tick_range_ms{0.01, 1000.0};
@@ -32,12 +33,11 @@ struct HorizonSettings {
   bool operator==(const HorizonSettings&) const = default;
 };
 
-/// Weights of problem.hpp's cost on position [m], velocity [m/s], coil changes, air [kg] and force [N].
+/// Weights of problem.hpp's cost, in the order of the system's outputs and continuous inputs.
 struct CostSettings {
-  double position = 1.0, velocity = 0.0, switching = 0.0, air = 0.0;
-  double terminal_position = 0.0, terminal_velocity = 0.0;
-  double terminal_acceleration = 0.0;  ///< of ExtendedCostSearch
-  double motor = 0.0;                  ///< on the squared force that a joint plan chooses
+  std::array<double, max_states> tracking{1.0}, terminal{};
+  double switching = 0.0, consumption = 0.0;
+  ContinuousValues continuous{};  ///< on the squared inputs that a joint plan chooses
   bool operator==(const CostSettings&) const = default;
 };
 
@@ -48,17 +48,14 @@ struct RoundingSettings {
   bool operator==(const RoundingSettings&) const = default;
 };
 
-/// A controller as data: one [variant.NAME] table. The defaults are the thesis's DMPC without integral action; what a
-/// key means and may be stands in variant_keys.cpp, which of them a solver or law reads in catalogue.cpp.
+/// A controller as data: one [variant.NAME] table. Defaults are the system's (new_variant()); what a key means and may be
+/// stands in variant_keys.cpp and with the system, which of them a solver or law reads in catalogue.cpp.
 struct VariantConfig {
   std::string name;
-  std::string summary;  ///< one line for `list`
-  std::string valves = "three_way";
-  std::string model = "consistent";  ///< a parameter set's name, or a file of parameters
-  ActuatorParameters nominal;        ///< `model`, read
-  std::string estimator = "thesis";
-  EstimatorTuning estimation;         ///< of the estimator's name, with what the variant overrides
-  UseEstimate use_estimate;           ///< in the prediction and in inverse dynamics; the state always is
+  std::string summary;             ///< one line for `list`
+  const System* system = nullptr;  ///< whose controller it is
+  std::string modes;               ///< the mode set's name
+  std::string estimator;
   std::string solver = "exhaustive";  ///< or a feedback law
   TimingKeys own_timing;
   Timing timing;                      ///< the system's with `own_timing`, or a scenario's
@@ -68,21 +65,15 @@ struct VariantConfig {
   CostSettings cost;
   RoundingSettings rounding;
   IntegralSettings integral;
-  std::string motor = "none";
-  MotorGains motor_gains;
-  PulseWidthSettings pulse_width;
-  SlidingSettings sliding;
-  PhaseSettings phases;
+  OwnSettings own;  ///< what the system alone knows
 
-  /// Whether a motor helps the cylinder.
-  bool hybrid() const { return motor != "none"; }
-  bool is_feedback_law() const;  ///< `solver` is a law: valves from the present state alone
-  /// Whether the prediction has the motor's law in it: the model is then PrestabilisedActuator. Solvers that plan the
-  /// whole force need no law.
-  bool predicts_motor() const;
+  bool is_feedback_law() const;  ///< `solver` is a law: switches from the present state alone
 
   bool operator==(const VariantConfig&) const = default;
 };
+
+/// A variant that says nothing but whose it is; none: the first system's.
+VariantConfig new_variant(const System* system = nullptr);
 
 /// Reads one variant. Throws ConfigError with file, line, key and what is allowed.
 VariantConfig read_variant(TableReader& table, const std::string& name);

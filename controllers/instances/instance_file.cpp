@@ -1,6 +1,5 @@
 #include "controllers/instances/instance_set.hpp"
 #include "core/config/reader.hpp"
-#include "core/systems/actuator/valves.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -61,6 +60,7 @@ class Reader {
   Reader(std::string_view bytes, const std::string& name, std::size_t at) : bytes_(bytes), name_(name), at_(at) {}
 
   const std::string& name() const { return name_; }
+  std::size_t left() const { return bytes_.size() - at_; }
   bool done() const { return at_ == bytes_.size(); }
   [[noreturn]] void fail(const std::string& problem) const {
     throw ConfigError(fmt::format("{}: byte {}: {}", name_, at_, problem));
@@ -124,15 +124,22 @@ void numbers(File& file, Numbers& all) {
   for (auto& number : all) file.number(number);
 }
 
+/// Rows of `width` numbers, after how many there are.
 template <class File, class Rows>
-void rows(File& file, Rows& all) {
-  file.list(all, 16, [&](auto& row) { numbers(file, row); });
+void rows(File& file, std::size_t width, Rows& all) {
+  std::size_t count = all.size() / width;
+  file.count(count, ~std::uint32_t{0});
+  if constexpr (File::reading) {
+    file.require(count <= file.left() / (8 * width), "more rows than the file holds (allowed: a whole instance file)");
+    all.resize(count * width);
+  }
+  numbers(file, all);
 }
 
 /// What a variant's problem looks like, to check records against.
 struct Shape {
   int modes = 0, switches = 0;
-  std::size_t blocks = 0, steps = 0, setpoints = 0;
+  std::size_t blocks = 0, steps = 0, setpoints = 0, states = 0, outputs = 0, inputs = 0, load = 0;
 
   template <HybridModel Model>
   explicit Shape(const Problem<Model>& p)
@@ -140,24 +147,28 @@ struct Shape {
         switches(p.modes.switch_count()),
         blocks(p.horizon.blocks.size()),
         steps(p.reference.size()),
-        setpoints(p.setpoint.size()) {}
+        setpoints(p.setpoint.size()),
+        states(Model::state_size),
+        outputs(Model::output_size),
+        inputs(Model::continuous_size) {
+    if constexpr (HasLoad<Model>) load = Model::load_size;
+  }
 };
 
 Shape shape_of(const VariantConfig& v) {
-  if (v.predicts_motor()) return Shape(make_problem<PrestabilisedActuator>(v, Plane::vertical));
-  return Shape(make_problem<PneumaticActuator>(v, Plane::vertical));
+  return std::visit([](const auto& problem) { return Shape(problem); }, system_of(v).problem(v));
 }
 
 template <class File, class Modes, class Continuous>
 void plan(File& file, const Shape& shape, bool with_continuous, Modes& modes, Continuous& continuous) {
   if constexpr (File::reading) {
     modes.resize(shape.blocks);
-    continuous.assign(shape.blocks, 0.0);
+    continuous.assign(shape.blocks * shape.inputs, 0.0);
   }
   for (auto& mode : modes) {
     auto byte = static_cast<std::uint8_t>(mode);
     file.byte(byte);
-    file.require(byte < shape.modes, "a mode that the variant's valves do not have (allowed: below their number)");
+    file.require(byte < shape.modes, "a mode that the variant's set does not have (allowed: below their number)");
     if constexpr (File::reading) mode = byte;
   }
   if (with_continuous) numbers(file, continuous);
@@ -209,14 +220,16 @@ std::uint8_t flags_of(const InstanceRecord& r) {
   const auto is_zero = [](double v) { return std::bit_cast<std::uint64_t>(v) == 0; };
   const bool continuous =
       !std::ranges::all_of(r.warm_continuous, is_zero) || !std::ranges::all_of(r.plan_continuous, is_zero);
-  return static_cast<std::uint8_t>((is_zero(r.offset_m) ? 0 : has_offset) | (r.reference.empty() ? 0 : has_rows) |
-                                   (continuous ? has_continuous : 0) | (r.load ? has_load : 0) |
+  const bool offset = !std::ranges::all_of(r.offset, is_zero);
+  return static_cast<std::uint8_t>((offset ? has_offset : 0) | (r.reference.empty() ? 0 : has_rows) |
+                                   (continuous ? has_continuous : 0) | (r.load.empty() ? 0 : has_load) |
                                    (r.warm_weights.empty() ? 0 : has_relaxation));
 }
 
 /// `known`: flags of the file's version.
 template <class File, class Record>
-void record(File& file, const Shape& shape, int known, const std::vector<RecordedMotion>& motions, Record& r) {
+void record(File& file, std::uint32_t version, const Shape& shape, int known,
+            const std::vector<RecordedMotion>& motions, Record& r) {
   file.require(!motions.empty(), "records without motions (allowed: at least one)");
   std::uint8_t flags = flags_of(r);
   file.byte(flags);
@@ -224,8 +237,9 @@ void record(File& file, const Shape& shape, int known, const std::vector<Recorde
                "an unknown kind of record (allowed: flags 1, 2, 4, from version 2 on 8, from 3 on 16)");
   file.count(r.motion, motions.size() - 1);
   file.count(r.start, 0xffffffffu);
-  if (flags & has_offset) file.number(r.offset_m);
-  numbers(file, r.initial);
+  if (flags & has_offset)
+    for (std::size_t i = 0; i < (version < 4 ? 1 : shape.outputs); ++i) file.number(r.offset[i]);
+  for (std::size_t i = 0; i < shape.states; ++i) file.number(r.initial[i]);
   delay_lines(file, shape, r.lines);
   plan(file, shape, (flags & has_continuous) != 0, r.warm_modes, r.warm_continuous);
   plan(file, shape, (flags & has_continuous) != 0, r.plan_modes, r.plan_continuous);
@@ -234,27 +248,40 @@ void record(File& file, const Shape& shape, int known, const std::vector<Recorde
   file.require(usable(r.plan_status) && r.plan_status <= Status::iteration_limit,
                "a status without a plan (allowed: 0 to 3)");
   if (flags & has_rows) {
-    rows(file, r.reference);
-    rows(file, r.setpoint);
-    file.require(r.reference.size() == shape.steps && r.setpoint.size() == shape.setpoints,
-                 "rows that are not the horizon's (allowed: one a step)");
+    rows(file, shape.outputs, r.reference);
+    rows(file, shape.outputs, r.setpoint);
+    file.require(
+        r.reference.size() == shape.outputs * shape.steps && r.setpoint.size() == shape.outputs * shape.setpoints,
+        "rows that are not the horizon's (allowed: one a step)");
   } else {
-    file.require(r.start >= 1 && r.start + shape.steps <= motions[r.motion].rows.size(),
+    file.require(r.start >= 1 && r.start + shape.steps <= motions[r.motion].size(),
                  "a window outside its motion's rows (allowed: start >= 1, start + steps <= rows)");
   }
   if constexpr (File::reading)
-    if (flags & has_load) r.load.emplace();
-  if (flags & has_load) file.number(r.load->payload_kg), file.number(r.load->external_force_n);
+    if (flags & has_load) r.load.resize(shape.load);
+  if (flags & has_load) numbers(file, r.load);
   if (flags & has_relaxation) relaxation(file, shape, r);
 }
 
+/// Before version 4 there was one system, whose motions had one of two planes and two outputs.
+constexpr std::array old_settings = {"vertical", "horizontal"};
+
 template <class File, class Motion>
-void motion(File& file, Motion& m) {
+void motion(File& file, std::uint32_t version, Motion& m) {
   text(file, m.name);
-  file.byte(m.plane);
-  file.require(m.plane == Plane::vertical || m.plane == Plane::horizontal,
-               "an unknown plane (allowed: 0 vertical, 1 horizontal)");
-  rows(file, m.rows);
+  if (version < 4) {
+    if constexpr (File::reading) {
+      std::uint8_t plane = 0;
+      file.byte(plane);
+      file.require(plane < old_settings.size(), "an unknown plane (allowed: 0 vertical, 1 horizontal)");
+      m.setting = old_settings[plane];
+    }
+  } else {
+    text(file, m.setting);
+    file.count(m.width, max_states);
+    file.require(m.width > 0, "a motion of no outputs (allowed: at least one)");
+  }
+  rows(file, m.width, m.rows);
 }
 
 /// The variant that its table describes.
@@ -270,13 +297,15 @@ template <class File, class Set>
 void body(File& file, std::uint32_t version, Set& set) {
   const int known =
       has_offset | has_rows | has_continuous | (version >= 2 ? has_load : 0) | (version >= 3 ? has_relaxation : 0);
-  file.list(set.motions, 3, [&](auto& m) { motion(file, m); });
+  file.list(set.motions, 3, [&](auto& m) { motion(file, version, m); });
   file.list(set.variants, 3, [&](auto& v) {
     text(file, v.name);
     text(file, v.toml);
     if constexpr (File::reading) read_config(file, set, v);
     const Shape shape = shape_of(v.config);
-    file.list(v.records, 44, [&](auto& r) { record(file, shape, known, set.motions, r); });
+    for (const RecordedMotion& m : set.motions)
+      file.require(m.width == shape.outputs, "motions of other outputs than the variant's (allowed: one system a set)");
+    file.list(v.records, 20, [&](auto& r) { record(file, version, shape, known, set.motions, r); });
   });
 }
 
@@ -312,6 +341,11 @@ InstanceSet parse_instances(std::string_view bytes, const std::string& name) {
   body(in, version, set);
   in.require(in.done(), "more bytes than the set has (allowed: nothing behind the last record)");
   return set;
+}
+
+VariantConfig told(VariantConfig variant, const RecordedMotion& motion) {
+  system_of(variant).tell(variant, motion.setting);
+  return variant;
 }
 
 InstanceSet read_instances(const std::string& path) {

@@ -3,40 +3,48 @@
 #include "controllers/factory.hpp"
 #include "controllers/variant.hpp"
 
+#include <algorithm>
 #include <array>
+#include <concepts>
 #include <cstdint>
-#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace solenoid {
 
-/// Where instances were recorded: a motion at whole model steps. rows[k] is the desired position [m] and velocity [m/s]
-/// at k ms.
+/// A model takes over what an estimator found beyond the state, a load, as so many numbers.
+template <class M>
+concept HasLoad = requires(M& model, const M& same, const Vector<double, M::load_size>& load) {
+  model.set_load(load);
+  { same.load() } -> std::same_as<Vector<double, M::load_size>>;
+};
+
+/// Where instances were recorded: a motion at whole model steps, as the desired outputs of the system's models.
 struct RecordedMotion {
   std::string name;
-  Plane plane = Plane::vertical;
-  std::vector<std::array<double, 2>> rows;
+  std::string setting;       ///< what the task told the controllers (System::tell)
+  std::size_t width = 2;     ///< outputs
+  std::vector<double> rows;  ///< step k: rows[k width] and so on
+
+  std::size_t size() const { return width == 0 ? 0 : rows.size() / width; }
+  std::span<const double> row(std::size_t k) const { return std::span(rows).subspan(k * width, width); }
 };
 
 /// One solve of a closed loop: what was asked, and what the recording solver answered.
 ///
-/// The reference is the motion from row `start` on, its position raised by `offset_m`; the set-points of a
-/// model with feedback begin a row earlier. An instance whose reference is no such window carries its own rows.
+/// The reference is the motion from row `start` on, its outputs raised by `offset`; the set-points of a model with
+/// feedback begin a row earlier. An instance whose reference is no such window carries its own rows.
 struct InstanceRecord {
   std::uint32_t motion = 0;
   std::uint32_t start = 1;
-  double offset_m = 0.0;
-  ActuatorState initial{};
+  std::array<double, max_states> offset{};
+  StateValues initial{};
   DelayLines lines;
   std::vector<int> warm_modes;
-  std::vector<double> warm_continuous;                     ///< [N], one a block
-  std::vector<std::array<double, 2>> reference, setpoint;  ///< own rows; empty: the window
-  /// What an estimator found beside the state.
-  struct Load {
-    double payload_kg = 0.0, external_force_n = 0.0;
-  };
-  std::optional<Load> load;  ///< what the prediction took from an estimator; none: the variant's own model
+  std::vector<double> warm_continuous;      ///< blocks x inputs
+  std::vector<double> reference, setpoint;  ///< own rows, steps x outputs; empty: the window
+  std::vector<double> load;  ///< what the prediction took from an estimator; empty: the variant's own model
   /// What the warm start keeps of a relaxation: weights, blocks x modes, and what each switch owes. Empty: nothing.
   std::vector<double> warm_weights;
   SwitchStates<double> warm_owed{};
@@ -62,7 +70,7 @@ struct InstanceSet {
 };
 
 /// Of the files that this version writes; older ones are read.
-inline constexpr std::uint32_t instance_format_version = 3;
+inline constexpr std::uint32_t instance_format_version = 4;
 
 /// Reads and checks a set. Throws ConfigError, one line with file, byte, problem and what is allowed, for anything that
 /// is not a whole file of this version or an older one, or that no problem can be posed from.
@@ -73,37 +81,62 @@ InstanceSet parse_instances(std::string_view bytes, const std::string& name);
 /// The set as a file's bytes.
 std::string instance_bytes(const InstanceSet& set);
 
-/// Puts an instance into the problem of its variant and its motion's plane (make_problem), and its warm start into
-/// `plan`. Allocates only when the sizes of either change.
+/// The variant as it was where a motion was recorded.
+VariantConfig told(VariantConfig variant, const RecordedMotion& motion);
+
+/// Puts an instance into the problem of its variant, told of its motion (make_problem), and its warm start into `plan`.
+/// Allocates only when the sizes of either change.
 template <HybridModel Model>
 void pose(const InstanceSet& set, const InstanceRecord& record, Problem<Model>& problem, Plan<Model>& plan) {
-  static_assert(Model::state_size == 4 && Model::output_size == 2 && Model::continuous_size == 1);
-  const auto& rows = set.motions[record.motion].rows;
-  if (record.load) problem.model.set_load(record.load->payload_kg, record.load->external_force_n);
-  problem.initial = record.initial;
+  constexpr std::size_t outputs = Model::output_size, inputs = Model::continuous_size;
+  const RecordedMotion& motion = set.motions[record.motion];
+  if constexpr (HasLoad<Model>)
+    if (!record.load.empty()) {
+      Vector<double, Model::load_size> load;
+      std::ranges::copy(record.load, load.begin());
+      problem.model.set_load(load);
+    }
+  problem.initial = first<Model::state_size>(record.initial);
   problem.lines = record.lines;
+  const auto row_of = [](std::span<const double> rows, std::size_t at) {
+    OutputOf<Model> row{};
+    std::ranges::copy(rows.subspan(at * outputs, outputs), row.begin());
+    return row;
+  };
   for (std::size_t j = 0; j < problem.reference.size(); ++j) {
-    const auto& row = rows[record.start + j];
-    problem.reference[j] = record.reference.empty() ? OutputOf<Model>{row[0] + record.offset_m, row[1]}
-                                                    : OutputOf<Model>(record.reference[j]);
+    problem.reference[j] =
+        record.reference.empty() ? row_of(motion.rows, record.start + j) : row_of(record.reference, j);
+    if (record.reference.empty())
+      for (std::size_t i = 0; i < outputs; ++i) problem.reference[j][i] += record.offset[i];
   }
   for (std::size_t j = 0; j < problem.setpoint.size(); ++j)
-    problem.setpoint[j] = record.reference.empty() ? rows[record.start - 1 + j] : record.setpoint[j];
+    problem.setpoint[j] =
+        record.reference.empty() ? row_of(motion.rows, record.start - 1 + j) : row_of(record.setpoint, j);
   plan.modes = record.warm_modes;
-  plan.continuous.resize(record.warm_continuous.size());
-  for (std::size_t b = 0; b < plan.continuous.size(); ++b) plan.continuous[b] = {record.warm_continuous[b]};
+  plan.continuous.resize(plan.modes.size());
+  for (std::size_t b = 0; b < plan.continuous.size(); ++b)
+    for (std::size_t i = 0; i < inputs; ++i) plan.continuous[b][i] = record.warm_continuous[b * inputs + i];
   plan.relaxation.known = !record.warm_weights.empty();
   plan.relaxation.weights.assign(record.warm_weights.begin(), record.warm_weights.end());
   plan.relaxation.weights.resize(plan.modes.size() * static_cast<std::size_t>(problem.modes.size()));
   plan.relaxation.owed.assign(plan.modes.size(), record.warm_owed);
 }
 
-/// Whether a plan is the record's, bit for bit.
+/// A plan's continuous inputs in a row, blocks x inputs.
+template <HybridModel Model>
+std::vector<double> inputs_of(const Plan<Model>& plan) {
+  std::vector<double> all;
+  for (const ContinuousOf<Model>& u : plan.continuous) all.insert(all.end(), u.begin(), u.end());
+  return all;
+}
+
+/// Whether a plan is the record's, bit for bit. No allocation.
 template <HybridModel Model>
 bool same_plan(const InstanceRecord& record, const Plan<Model>& plan) {
   if (plan.modes != record.plan_modes) return false;
-  for (std::size_t b = 0; b < plan.continuous.size(); ++b)
-    if (plan.continuous[b][0] != record.plan_continuous[b]) return false;
+  for (std::size_t b = 0, at = 0; b < plan.continuous.size(); ++b)
+    for (const double u : plan.continuous[b])
+      if (u != record.plan_continuous[at++]) return false;
   return true;
 }
 

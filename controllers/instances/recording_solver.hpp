@@ -1,6 +1,7 @@
 #pragma once
 
 #include "controllers/any_solver.hpp"
+#include "controllers/instances/instance_set.hpp"
 
 #include <memory>
 #include <vector>
@@ -14,6 +15,7 @@ struct PosedInstance {
   StateOf<Model> initial{};
   DelayLines lines;
   std::vector<OutputOf<Model>> reference, setpoint;
+  std::vector<double> load;  ///< of the model, if it has one
   Plan<Model> warm_start;
 };
 
@@ -32,6 +34,7 @@ class RecordingSolver final : public SolverAround<Model> {
     empty.reference = problem.reference;
     empty.setpoint = problem.setpoint;
     empty.warm_start = Plan<Model>(problem);
+    if constexpr (HasLoad<Model>) empty.load.resize(Model::load_size);
     into_.assign(capacity_, empty);
     used_ = 0;
     solves_ = 0;
@@ -46,6 +49,7 @@ class RecordingSolver final : public SolverAround<Model> {
       copy.reference = problem.reference;
       copy.setpoint = problem.setpoint;
       copy.warm_start = plan;
+      if constexpr (HasLoad<Model>) std::ranges::copy(problem.model.load(), copy.load.begin());
     }
     ++solves_;
     return this->inner_->solve(problem, plan, deadline);

@@ -157,30 +157,31 @@ Trajectory read_csv(const LinkedFile& file) {
 
 }  // namespace
 
-Trajectory read_trajectory(TableReader& table, double start_m) {
+Trajectory read_trajectory(TableReader& table, double start, const std::string& unit) {
+  const std::string from = "from_" + unit, to = "to_" + unit, height = "height_" + unit;
   const std::string kind = table.text("kind", {"cycloidal", "sine", "step", "multi_cycloid", "csv"});
-  Trajectory trajectory(kind == "csv" ? 0.0 : table.number_or("from_m", start_m));
+  Trajectory trajectory(kind == "csv" ? 0.0 : table.number_or(from, start));
   if (kind == "cycloidal") {
     const double dwell = table.number_or("dwell_s", 2.0, Range::non_negative());
     trajectory.dwell(dwell)
-        .cycloid_to(table.number_or("to_m", 0.1), table.number_or("move_s", 4.0, Range::positive()))
+        .cycloid_to(table.number_or(to, 0.1), table.number_or("move_s", 4.0, Range::positive()))
         .dwell(dwell);
   } else if (kind == "sine") {
     const double low = trajectory.start(), lead = table.number_or("lead_s", 1.0, Range::positive());
-    trajectory.cycloid_to(table.number_or("to_m", 0.1), lead)
+    trajectory.cycloid_to(table.number_or(to, 0.1), lead)
         .cosine(low, table.number_or("frequency_hz", 1.0, {0.0, 100.0, true}),
                 table.number_or("periods", 6.0, Range::positive()))
         .cycloid_to(low, lead);
   } else if (kind == "step") {
     const double hold = table.number_or("hold_s", 4.5, Range::positive());
     trajectory.dwell(table.number_or("at_s", 0.5, Range::non_negative()))
-        .step_to(trajectory.start() + table.number_or("height_m", 0.06), hold);
+        .step_to(trajectory.start() + table.number_or(height, 0.06), hold);
     trajectory.steady_from(trajectory.duration_s() - table.number_or("steady_s", 1.0, Range::between(0.0, hold)));
   } else if (kind == "multi_cycloid") {
     const double move = table.number_or("move_s", 1.0, Range::positive());
     const double dwell = table.number_or("dwell_s", 1.0, Range::non_negative());
-    const std::vector<double> stations = table.numbers("to_m");
-    if (stations.empty()) table.fail("to_m", "empty (allowed: at least one position)");
+    const std::vector<double> stations = table.numbers(to);
+    if (stations.empty()) table.fail(to, "empty (allowed: at least one position)");
     for (const double station : stations) trajectory.cycloid_to(station, move).dwell(dwell);
   } else {
     trajectory = read_csv(table.file("path"));

@@ -67,12 +67,13 @@ class Trajectory {
 };
 
 /// Reads `{ kind = "cycloidal" | "sine" | "step" | "multi_cycloid" | "csv", ... }`:
-///   cycloidal       from_m (default start_m), to_m, move_s, dwell_s
+/// with _m standing for the axis's unit:
+///   cycloidal       from_m (default start), to_m, move_s, dwell_s
 ///   sine            from_m, to_m, frequency_hz, periods, lead_s (cycloids in and out)
 ///   step            from_m, height_m, at_s, hold_s, steady_s (the last part of hold_s)
 ///   multi_cycloid   from_m, to_m = [..], move_s, dwell_s
 ///   csv             path (relative to the file): lines `time_s,position_m` below one heading line
-Trajectory read_trajectory(TableReader& table, double start_m);
+Trajectory read_trajectory(TableReader& table, double start, const std::string& unit = "m");
 
 /// The two test motions of chapter 6, from `start_m` to 100 mm and, for the sine, back.
 Trajectory thesis_cycloidal(double start_m);

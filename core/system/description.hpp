@@ -26,18 +26,33 @@ struct Axis {
   std::string rate_label;    ///< in sentences: "velocity"
   std::string offset_key;    ///< in logs, of the integral offset: "offset_m"
   double approach = 0.05;    ///< how fast a task that begins anew moves to its start, on average at most [unit/s]
+  std::size_t state = 0;     ///< which of the true states it is
+  std::size_t channel = 0;   ///< which of the measured channels shows it
 };
 
 /// An output of the system's models: which derivative of which axis it is.
 struct OutputSource {
   std::size_t axis = 0;
-  int derivative = 0;  ///< 0 the axis itself, 1 its rate, 2 its acceleration
+  int derivative = 0;         ///< 0 the axis itself, 1 its rate, 2 its acceleration
+  std::string name{};         ///< of its weight: `cost.position`
+  std::string weight_unit{};  ///< "1/m2"
 };
 
 /// A number that says how a run went.
 struct MetricColumn {
-  std::string key;     ///< in files, with its unit: "rmse_mm"
-  bool whole = false;  ///< a count
+  std::string key;         ///< in files, with its unit: "rmse_mm"
+  bool whole = false;      ///< a count
+  std::string heading{};   ///< of its column in tables; none: it is in files alone
+  bool effort = false;     ///< what control costs: a column of rankings, by its mean, and an axis of their plots
+  bool detail = true;      ///< a column of each scenario's table, if it has a heading
+  bool best_least = true;  ///< the least of a column is marked there
+  std::string meaning{};   ///< in words, where the heading is none: "steady state: mean |error|"
+};
+
+/// What of a run stands in a ranking.
+struct Judged {
+  std::string metric = "rmse";  ///< a metric's key, less being better
+  std::string error = "error";  ///< what it is the error of, in sentences: "true position error"
 };
 
 /// What everything above the solvers knows of a plant: names, units and how many of each. Records, logs, tables and
@@ -47,6 +62,9 @@ struct SystemDescription {
   std::string summary;  ///< one line for `list systems`
   std::vector<Signal> states, channels, continuous, beliefs;
   std::vector<MetricColumn> metrics;       ///< of a run, in the order of tables
+  Judged judged;                           ///< which of them ranks
+  std::vector<Signal> conditions{};        ///< numbers of a scenario that stand in its runs' records
+  Signal consumption{};                    ///< of its models; without a name: nothing is consumed
   std::vector<std::string> estimate_keys;  ///< of the estimated states in logs
   std::vector<std::string> decided_keys;   ///< of the continuous inputs before the limits, in logs
   std::vector<Axis> axes;
@@ -55,6 +73,7 @@ struct SystemDescription {
   Timing timing;                            ///< unless a scenario or variant says otherwise
   std::string switches_key = "switches";    ///< in logs: the pattern of switches that are on
   std::string switch_noun = "switch";       ///< what people call one
+  std::string modes_key = "modes";          ///< of a variant: the mode set's name
 };
 
 }  // namespace solenoid

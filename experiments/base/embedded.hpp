@@ -6,7 +6,7 @@
 
 namespace solenoid {
 
-/// The text of a file that was shipped inside the program, by its path below experiments/data/, e.g.
+/// The text of a file that was shipped inside the program, by its path below experiments/systems/NAME/data/, e.g.
 /// "tables/table_5-2_step_np.csv" or "scenarios/variants.toml", or "report/assets/page.html"; empty if there is none of
 /// that name.
 std::string_view embedded_text(std::string_view name);

@@ -17,7 +17,7 @@ struct PrintedNumber {
 /// One of the thesis's tables, as shipped inside the program: a heading line and rows of comma-separated cells.
 class PrintedTable {
  public:
-  /// `name` is the file's name below experiments/data/tables, without ".csv". Throws std::invalid_argument if there is
+  /// `name` is the file's name below experiments/systems/actuator/data/tables, without ".csv". Throws std::invalid_argument if there is
   /// none.
   static PrintedTable shipped(const std::string& name);
   /// Throws std::invalid_argument if a row has not as many cells as the heading.

@@ -4,6 +4,7 @@
 #include "experiments/base/machine.hpp"
 #include "experiments/campaign/ensemble.hpp"
 #include "experiments/campaign/library.hpp"
+#include "experiments/campaign/simulated_system.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -112,24 +113,15 @@ std::vector<Library::Entry*> chosen_scenarios(Library& library, const Selection&
   return chosen;
 }
 
-/// The loaded arm must hang at rest somewhere, in the model of each variant.
-void check_equilibrium(const ScenarioConfig& scenario, const VariantConfig& variant, const std::string& where) {
-  if (scenario.plane == Plane::horizontal) return;
-  ActuatorParameters plant = scenario.mismatch.applied_to(variant.nominal);
-  plant.payload_mass_kg = scenario.payload_kg;
-  plant.plane = scenario.plane;
-  try {
-    plant.equilibrium_position_m();
-  } catch (const ConfigError& error) {
-    throw ConfigError(fmt::format("{}: key 'payload_kg': with variant '{}': {}", where, variant.name, error.what()));
-  }
-}
-
 /// What a variant cannot be in a scenario.
 void check_pair(const ScenarioConfig& scenario, const VariantConfig& variant, const Document& document) {
-  check_equilibrium(scenario, variant, document.where(document.path() + ".payload_kg"));
-  const std::string where = document.where(document.path() + ".timing");
-  check_tick(scenario, timed(variant, scenario.timing, where).timing.tick_s, where);
+  const auto where = [&](const char* key) { return document.where(document.path() + "." + key); };
+  if (scenario.system != variant.system)
+    throw ConfigError(
+        fmt::format("{}: key 'system': scenario '{}' is of {}, variant '{}' of {} (allowed: scenarios and "
+                    "variants of one system)",
+                    where("system"), scenario.name, scenario.system->name(), variant.name, variant.system->name()));
+  simulation_of(scenario).check(scenario, told(variant, scenario, where("timing")), where);
 }
 
 /// Fills a campaign part by part, and beside it the resolved document and what each run's hash covers.
@@ -141,7 +133,6 @@ class CampaignReader {
   Campaign read() {
     toml::table& root = resolved_.root();
     campaign_.name = library_.root().text_or("name", std::filesystem::path(resolved_.name()).stem().string());
-    campaign_.system = systems().front();
     campaign_.seeds = read_seeds(library_);
     root.insert("name", campaign_.name);
     root.insert("seeds", toml::array{});
@@ -149,6 +140,7 @@ class CampaignReader {
       root["seeds"].as_array()->push_back(static_cast<std::int64_t>(seed));
     take_variants();
     take_scenarios();
+    campaign_.system = campaign_.scenarios.front().system;
     cross();
     for (const InputFile& input : campaign_.inputs) resolved_.carry(input.name, input.text);
     campaign_.resolved_toml =
@@ -190,11 +182,12 @@ class CampaignReader {
 
   void take_scenarios() {
     for (Library::Entry* entry : chosen_scenarios(library_, selection_)) {
+      const auto quantities = simulation_of(read_system(entry->reader)).quantities();
       std::optional<Ensemble> ensemble;
       if (entry->reader.has("ensemble")) {
         TableReader table = entry->reader.table("ensemble");
-        ensemble = read_ensemble(table);
-        for (const char* key : {"payload_kg", "mismatch"})
+        ensemble = read_ensemble(table, quantities);
+        for (const std::string& key : drawn_keys(quantities, false))
           if (entry->reader.has(key)) entry->reader.fail(key, "beside ensemble, which draws it (allowed: one of them)");
       }
       const ScenarioConfig scenario = read_scenario(entry->reader);
@@ -202,9 +195,9 @@ class CampaignReader {
         take_scenario(scenario, entry->document->part(entry->path, *entry->table));
         continue;
       }
-      for (const toml::table& member : ensemble_scenarios(*ensemble, *entry->table)) {
+      for (const toml::table& member : ensemble_scenarios(*ensemble, quantities, *entry->table)) {
         const auto drawn = std::make_shared<Document>(entry->document->part(entry->path, member));
-        for (const char* key : {"payload_kg", "mismatch", "noise_factor"})
+        for (const std::string& key : drawn_keys(quantities, true))
           if (!entry->table->contains(key)) drawn->set_by(entry->path + "." + key, entry->reader.where("ensemble"));
         TableReader reader(drawn);
         take_scenario(read_scenario(reader), *drawn);
@@ -262,8 +255,7 @@ Campaign read_campaign(Document document, const Selection& selection) {
 }
 
 double period_of(const Campaign& campaign) {
-  const ScenarioConfig& scenario = campaign.scenarios.front();
-  return timed(campaign.variants.front(), scenario.timing, scenario.name).timing.period_s();
+  return told(campaign.variants.front(), campaign.scenarios.front()).timing.period_s();
 }
 
 std::vector<VariantConfig> shipped_variants() {

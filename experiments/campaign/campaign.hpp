@@ -38,7 +38,7 @@ struct CampaignRun {
 /// Variants crossed with scenarios and seeds, read and checked.
 struct Campaign {
   std::string name;
-  const SystemDescription* system = nullptr;
+  const System* system = nullptr;  ///< whose variants and scenarios they are
   std::vector<VariantConfig> variants;
   std::vector<ScenarioConfig> scenarios;
   std::vector<std::uint64_t> seeds;

@@ -29,43 +29,64 @@ double at(const Ensemble::Interval& range, double share, bool logarithmic) {
                      : range.low + (range.high - range.low) * share;
 }
 
+/// Sets "mismatch.friction" and the like.
+void insert_at(toml::table& table, const std::string& path, double value) {
+  const std::size_t dot = path.find('.');
+  if (dot == std::string::npos) {
+    table.insert_or_assign(path, value);
+    return;
+  }
+  const std::string head = path.substr(0, dot);
+  if (!table.contains(head)) table.insert(head, toml::table{});
+  table[head].as_table()->insert_or_assign(path.substr(dot + 1), value);
+}
+
 }  // namespace
 
-Ensemble read_ensemble(TableReader& table) {
+Ensemble read_ensemble(TableReader& table, std::span<const DrawnQuantity> quantities) {
   Ensemble e;
   e.members = table.integer("members", 1, 999);
   e.seed = static_cast<std::uint64_t>(table.integer_or("seed", 1, 0, 2147483647));
-  e.intervals[0] = {0.0, 0.0};
-  for (std::size_t q = 0; q < e.intervals.size(); ++q) {
-    const std::string key = Ensemble::names[q];
-    if (!table.has(key)) continue;
-    const std::vector<double> ends = table.numbers(key, q == 0 ? Range::between(0.0, 10.0) : Range{0.0, 10.0, true});
-    if (ends.size() != 2 || ends[0] > ends[1]) table.fail(key, "not an interval (allowed: [least, most])");
-    e.intervals[q] = {ends[0], ends[1]};
+  for (const DrawnQuantity& q : quantities) {
+    e.intervals.push_back({q.usual, q.usual});
+    if (!table.has(q.name)) continue;
+    const std::vector<double> ends = table.numbers(q.name, q.range);
+    if (ends.size() != 2 || ends[0] > ends[1]) table.fail(q.name, "not an interval (allowed: [least, most])");
+    e.intervals.back() = {ends[0], ends[1]};
   }
   table.finish();
   return e;
 }
 
-std::vector<toml::table> ensemble_scenarios(const Ensemble& e, const toml::table& scenario) {
+std::vector<toml::table> ensemble_scenarios(const Ensemble& e, std::span<const DrawnQuantity> quantities,
+                                            const toml::table& scenario) {
   std::mt19937_64 random(e.seed);
-  std::array<std::vector<double>, Ensemble::names.size()> shares;
+  std::vector<std::vector<double>> shares(quantities.size());
   for (auto& share : shares) share = stratified(e.members, random);
   std::vector<toml::table> members;
   for (int m = 0; m < e.members; ++m) {
-    const auto value = [&](std::size_t q) { return at(e.intervals[q], shares[q][static_cast<std::size_t>(m)], q > 0); };
     toml::table member = scenario;
     member.erase("ensemble");
     member.insert_or_assign("name", fmt::format("{}-m{:03}", scenario["name"].value_or(std::string()), m + 1));
-    member.insert_or_assign("payload_kg", value(0));
-    toml::table mismatch;
-    for (std::size_t q = 1; q + 1 < Ensemble::names.size(); ++q) mismatch.insert(Ensemble::names[q], value(q));
-    member.insert_or_assign("mismatch", std::move(mismatch));
-    if (e.intervals.back().low != 1.0 || e.intervals.back().high != 1.0)
-      member.insert_or_assign(Ensemble::names.back(), value(Ensemble::names.size() - 1));
+    for (const std::string& key : drawn_keys(quantities, false)) member.erase(key);
+    for (std::size_t i = 0; i < quantities.size(); ++i) {
+      const DrawnQuantity& q = quantities[i];
+      const Ensemble::Interval& range = e.intervals[i];
+      if (q.optional && range.low == q.usual && range.high == q.usual) continue;
+      insert_at(member, q.path, at(range, shares[i][static_cast<std::size_t>(m)], q.logarithmic));
+    }
     members.push_back(std::move(member));
   }
   return members;
+}
+
+std::vector<std::string> drawn_keys(std::span<const DrawnQuantity> quantities, bool with_optional) {
+  std::vector<std::string> keys;
+  for (const DrawnQuantity& q : quantities) {
+    const std::string key = q.path.substr(0, q.path.find('.'));
+    if ((with_optional || !q.optional) && std::ranges::count(keys, key) == 0) keys.push_back(key);
+  }
+  return keys;
 }
 
 std::string ensemble_name(const std::string& scenario) {

@@ -1,6 +1,7 @@
 #include "experiments/campaign/run_record.hpp"
 
 #include "controllers/systems.hpp"
+#include "experiments/campaign/simulated_system.hpp"
 
 #include <cmath>
 #include <vector>
@@ -38,11 +39,6 @@ constexpr SolverColumn solver_columns[] = {
     {"proven_optimal_fraction", nullptr, nullptr, nullptr, &Metrics::proven_optimal_fraction},
 };
 
-const SystemDescription& system_of(const RunRecord& record) {
-  const SystemDescription* system = find_system(record.system);
-  return system ? *system : *systems().front();
-}
-
 Json number_json(double value, bool whole) { return whole ? Json(static_cast<std::int64_t>(value)) : Json(value); }
 
 RunRecord described(const Campaign& campaign, const CampaignRun& run) {
@@ -50,11 +46,11 @@ RunRecord described(const Campaign& campaign, const CampaignRun& run) {
   return {campaign.variants[run.variant].name,
           scenario.name,
           scenario.trajectory_kind,
-          scenario.payload_kg,
+          simulation_of(scenario).conditions(scenario),
           run.seed,
           "",
           {},
-          campaign.system->name};
+          campaign.system->name()};
 }
 
 /// Quoted when a CSV reader would need it.
@@ -69,6 +65,11 @@ std::string csv_text(const std::string& text) {
 }
 
 }  // namespace
+
+const SystemDescription& description_of(const RunRecord& record) {
+  const System* system = find_system(record.system);
+  return (system ? system : systems().front())->description();
+}
 
 RunRecord record_of(const Campaign& campaign, const CampaignRun& run, const Metrics& metrics) {
   RunRecord record = described(campaign, run);
@@ -87,11 +88,17 @@ RunRecord failed_record(const Campaign& campaign, const CampaignRun& run, const 
 }
 
 Json to_json(const RunRecord& record) {
-  Json json = {{"system", system_of(record).name}, {"variant", record.variant},       {"scenario", record.scenario},
-               {"trajectory", record.trajectory},  {"payload_kg", record.payload_kg}, {"seed", record.seed}};
+  const SystemDescription& system = description_of(record);
+  Json json = {{"system", system.name},
+               {"variant", record.variant},
+               {"scenario", record.scenario},
+               {"trajectory", record.trajectory}};
+  for (std::size_t i = 0; i < system.conditions.size(); ++i)
+    json[system.conditions[i].key] = i < record.conditions.size() ? record.conditions[i] : 0.0;
+  json["seed"] = record.seed;
   if (record.metrics) {
     const Metrics& m = *record.metrics;
-    for (const MetricColumn& metric : system_of(record).metrics)
+    for (const MetricColumn& metric : system.metrics)
       if (m.has(metric.key)) json[metric.key] = number_json(m.number(metric.key), metric.whole);
     for (const SolverColumn& column : solver_columns) {
       if (column.number) json[column.name] = m.*column.number;
@@ -109,12 +116,13 @@ RunRecord record_from_json(const Json& json) {
   json.at("variant").get_to(record.variant);
   json.at("scenario").get_to(record.scenario);
   json.at("trajectory").get_to(record.trajectory);
-  json.at("payload_kg").get_to(record.payload_kg);
+  for (const Signal& condition : description_of(record).conditions)
+    record.conditions.push_back(json.at(condition.key).get<double>());
   json.at("seed").get_to(record.seed);
   json.at("status").get_to(record.status);
   if (!record.ok()) return record;
   Metrics m;
-  for (const MetricColumn& metric : system_of(record).metrics)
+  for (const MetricColumn& metric : description_of(record).metrics)
     if (const auto value = json.find(metric.key); value != json.end()) m.set(metric.key, value->get<double>());
   for (const SolverColumn& column : solver_columns) {
     if (column.number) json.at(column.name).get_to(m.*column.number);
@@ -126,14 +134,18 @@ RunRecord record_from_json(const Json& json) {
 }
 
 std::string to_csv(std::span<const RunRecord> records) {
-  const SystemDescription& system = records.empty() ? *systems().front() : system_of(records.front());
-  std::string text = "variant,scenario,trajectory,payload_kg,seed";
+  const SystemDescription& system =
+      records.empty() ? systems().front()->description() : description_of(records.front());
+  std::string text = "variant,scenario,trajectory";
+  for (const Signal& condition : system.conditions) text += "," + condition.key;
+  text += ",seed";
   for (const MetricColumn& metric : system.metrics) text += "," + metric.key;
   for (const SolverColumn& column : solver_columns) text += fmt::format(",{}", column.name);
   text += ",status\n";
   for (const RunRecord& r : records) {
-    text +=
-        fmt::format("{},{},{},{},{}", csv_text(r.variant), csv_text(r.scenario), r.trajectory, r.payload_kg, r.seed);
+    text += fmt::format("{},{},{}", csv_text(r.variant), csv_text(r.scenario), r.trajectory);
+    for (const double condition : r.conditions) text += fmt::format(",{}", condition);
+    text += fmt::format(",{}", r.seed);
     for (const MetricColumn& metric : system.metrics)
       text += r.metrics && r.metrics->has(metric.key) ? fmt::format(",{}", r.metrics->number(metric.key)) : ",";
     for (const SolverColumn& column : solver_columns)

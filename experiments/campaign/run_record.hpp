@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -16,7 +17,7 @@ namespace solenoid {
 /// status   "ok" | "unstable": a state was not finite | "failed: REASON": an exception or a crash
 struct RunRecord {
   std::string variant, scenario, trajectory;
-  double payload_kg = 0.0;
+  std::vector<double> conditions;  ///< of the scenario, in the order of the system's description
   std::uint64_t seed = 1;
   std::string status;
   std::optional<Metrics> metrics;  ///< with status "ok" only
@@ -25,6 +26,9 @@ struct RunRecord {
   bool ok() const { return status == "ok"; }
   bool failed() const { return status.starts_with("failed"); }
 };
+
+/// The system that a record is of.
+const SystemDescription& description_of(const RunRecord& record);
 
 /// The record of a finished simulation.
 RunRecord record_of(const Campaign& campaign, const CampaignRun& run, const Metrics& metrics);

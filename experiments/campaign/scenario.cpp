@@ -1,39 +1,65 @@
 #include "experiments/campaign/scenario.hpp"
 
 #include "core/config/reader.hpp"
-#include "core/systems/actuator/signals.hpp"
+#include "experiments/campaign/simulated_system.hpp"
 
 #include <fmt/format.h>
 
 namespace solenoid {
 
+const System& system_of(const ScenarioConfig& scenario) {
+  return scenario.system ? *scenario.system : *systems().front();
+}
+
 ScenarioConfig read_scenario(TableReader& table) {
   ScenarioConfig s;
   s.name = table.text("name");
-  static_cast<PlantConfig&>(s) = read_plant_config(table);
-
-  const ActuatorParameters unloaded;
-  TableReader trajectory = table.table("trajectory");
-  s.trajectory = read_trajectory(trajectory, unloaded.equilibrium_position_m());
-  s.trajectory_kind = trajectory.text("kind");
-  const auto [low, high] = s.trajectory.axes().front().range();
-  if (low < unloaded.position_min_m() || high > unloaded.position_max_m())
-    table.fail("trajectory",
-               fmt::format("reaches from {:.4g} to {:.4g} m (allowed: inside the stroke, {:.4g} to {:.4g} m)", low,
-                           high, unloaded.position_min_m(), unloaded.position_max_m()));
-  s.duration_s = table.number_or("duration_s", s.trajectory.duration_s(), {0.0, 3600.0, true});
+  s.system = &read_system(table);
+  simulation_of(s).read(table, s);
+  s.duration_s = table.number_or("duration_s", s.duration_s, {0.0, 3600.0, true});
+  if (!(s.duration_s > 0)) table.fail("duration_s", "missing for a motion that never moves (allowed: above 0 s)");
   if (table.has("timing")) {
     TableReader timing = table.table("timing");
     s.timing = read_timing_keys(timing);
-    with_keys(actuator_description().timing, s.timing, table.where("timing"));
+    with_keys(s.system->description().timing, s.timing, table.where("timing"));
   }
   table.finish();
   return s;
 }
 
-std::unique_ptr<SimulatedPlant> make_plant(const VariantConfig& variant, const ScenarioConfig& scenario,
-                                           std::uint64_t seed) {
-  return make_plant(timed(variant, scenario.timing, scenario.name), scenario, scenario.trajectory.start()[0], seed);
+void read_motion(TableReader& trajectory, const SystemDescription& system, const AxisValues& starts,
+                 ScenarioConfig& s) {
+  if (system.axes.size() == 1) {
+    s.trajectory = read_trajectory(trajectory, starts[0], system.axes[0].signal.unit);
+    s.trajectory_kind = trajectory.text("kind");
+    s.duration_s = s.trajectory.duration_s();
+    return;
+  }
+  std::vector<Trajectory> axes;
+  for (std::size_t a = 0; a < system.axes.size(); ++a) {
+    axes.emplace_back(starts[a]);
+    const std::string& name = system.axes[a].signal.name;
+    if (!trajectory.has(name)) continue;
+    TableReader own = trajectory.table(name);
+    axes.back() = read_trajectory(own, starts[a], system.axes[a].signal.unit);
+    const std::string kind = own.text("kind");
+    if (s.trajectory_kind.find(kind) == std::string::npos)
+      s.trajectory_kind += (s.trajectory_kind.empty() ? "" : "+") + kind;
+  }
+  trajectory.finish();
+  if (s.trajectory_kind.empty()) s.trajectory_kind = "rest";
+  s.trajectory = Motion(std::move(axes));
+  s.duration_s = s.trajectory.duration_s();
+}
+
+VariantConfig told(VariantConfig variant, const ScenarioConfig& scenario, const std::string& where) {
+  variant = timed(std::move(variant), scenario.timing, where);
+  system_of(variant).tell(variant, scenario.setting);
+  return variant;
+}
+
+VariantConfig told(VariantConfig variant, const ScenarioConfig& scenario) {
+  return told(std::move(variant), scenario, scenario.name);
 }
 
 }  // namespace solenoid

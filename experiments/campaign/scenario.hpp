@@ -1,28 +1,42 @@
 #pragma once
 
+#include "controllers/own_settings.hpp"
+#include "controllers/systems.hpp"
 #include "core/reference/motion.hpp"
-#include "experiments/systems/actuator/plants/make_plant.hpp"
 
-#include <memory>
 #include <string>
 
 namespace solenoid {
 
 /// A task and the plant it is done on, as data: one [[scenario]] table.
-struct ScenarioConfig : PlantConfig {
+struct ScenarioConfig {
   std::string name;
+  const System* system = nullptr;  ///< whose task it is; null: the first's
   std::string trajectory_kind;
   Motion trajectory{Trajectory(0.0)};
   TimingKeys timing;  ///< in place of the system's
   double duration_s = 8.0;
+  bool noise = false;         ///< the run depends on its seed
+  bool ideal_sensing = true;  ///< controllers read the true state
+  std::string setting;        ///< what the task tells its controllers (System::tell)
+  OwnSettings own;            ///< what the system alone knows: its plant
 };
 
-/// Reads one scenario; the motion starts at the hanging equilibrium of the unloaded arm unless it says from_m. Throws
-/// ConfigError with file, line, key and what is allowed.
+/// Whose task a scenario is.
+const System& system_of(const ScenarioConfig& scenario);
+
+/// Reads one scenario. Throws ConfigError with file, line, key and what is allowed.
 ScenarioConfig read_scenario(TableReader& table);
 
-/// The scenario's plant with this variant's valves, where the motion starts.
-std::unique_ptr<SimulatedPlant> make_plant(const VariantConfig& variant, const ScenarioConfig& scenario,
-                                           std::uint64_t seed);
+/// Reads the motion of a system's axes from a table: of one axis itself, of several a table each by their names, an axis
+/// that is not there resting at its start. Fills trajectory, its kind and the duration.
+void read_motion(TableReader& trajectory, const SystemDescription& system, const AxisValues& starts,
+                 ScenarioConfig& scenario);
+
+/// The variant as it runs in the scenario: sampling, and what the task tells it. Throws ConfigError, `where` being the
+/// scenario's timing.
+VariantConfig told(VariantConfig variant, const ScenarioConfig& scenario, const std::string& where);
+/// The same, called by the scenario's name.
+VariantConfig told(VariantConfig variant, const ScenarioConfig& scenario);
 
 }  // namespace solenoid

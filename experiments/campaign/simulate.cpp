@@ -3,16 +3,17 @@
 #include "controllers/factory.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
-#include "core/systems/actuator/metrics.hpp"
+#include "experiments/campaign/simulated_system.hpp"
 
 namespace solenoid {
 
 RunResult simulate(const VariantConfig& chosen, const ScenarioConfig& scenario, std::uint64_t seed,
                    const SolverDecorator& decorate) {
-  const VariantConfig variant = timed(chosen, scenario.timing, scenario.name);
+  const VariantConfig variant = told(chosen, scenario);
+  const SimulatedSystem& simulation = simulation_of(scenario);
   const double tick_s = variant.timing.tick_s;
-  const std::unique_ptr<SimulatedPlant> plant = make_plant(variant, scenario, seed);
-  const auto controller = make_controller(variant, scenario.trajectory, scenario.plane, decorate);
+  const std::unique_ptr<SimulatedPlant> plant = simulation.make_plant(variant, scenario, seed);
+  const auto controller = make_controller(variant, scenario.trajectory, decorate);
   CommandLimits limits = make_limits(variant);
   const auto ticks = variant.timing.ticks_in(scenario.duration_s);
   MemoryRecorder recorder(static_cast<std::size_t>(ticks));
@@ -27,8 +28,7 @@ RunResult simulate(const VariantConfig& chosen, const ScenarioConfig& scenario, 
 
   RunResult result;
   const Consumed consumed{plant->consumed(), plant->consumed() - before};
-  result.metrics =
-      evaluate_actuator_run(recorder.records(), scenario.trajectory, tick_s, consumed, 1e6 * variant.timing.period_s());
+  result.metrics = simulation.evaluate(variant, scenario, recorder.records(), consumed);
   result.ticks = recorder.records();
   return result;
 }

@@ -1,7 +1,6 @@
 #include "experiments/campaign/trace.hpp"
 
-#include "core/systems/actuator/signals.hpp"
-#include "core/systems/actuator/valves.hpp"
+#include "experiments/campaign/simulated_system.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,19 +11,27 @@
 namespace solenoid {
 namespace {
 
-constexpr double length_m = 1e-7, pressure_pa = 10.0, force_n = 1e-3;
-
-/// A rig reports no true state; a pressure of a simulated plant is never zero.
-bool knows_truth(std::span<const TickRecord> ticks) {
-  return std::ranges::any_of(ticks, [](const TickRecord& t) { return t.sensors.truth[pressure_a] != 0.0; });
+/// A rig reports no true state: all of them are zero then, in every tick.
+bool knows_truth(std::span<const TickRecord> ticks, std::size_t states) {
+  return std::ranges::any_of(ticks, [&](const TickRecord& t) {
+    const std::span<const double> truth = std::span(t.sensors.truth).first(states);
+    return std::ranges::any_of(truth, [](double value) { return value != 0.0; });
+  });
 }
 
-template <class Value>
-std::vector<double> values_of(std::span<const TickRecord> ticks, Value value) {
-  std::vector<double> values;
-  values.reserve(ticks.size());
-  for (const TickRecord& tick : ticks) values.push_back(value(tick));
-  return values;
+/// A tick's record at the place where a layout has the signal.
+double kept_value(const TickRecord& tick, const TraceLayout::Kept& kept, const ModeSet& modes, bool measured) {
+  switch (kept.source) {
+    case TraceLayout::Source::reference:
+      return tick.decision.reference.axis[kept.index].value;
+    case TraceLayout::Source::mode:
+      return double(modes.find(tick.applied.switches));
+    case TraceLayout::Source::continuous:
+      return tick.applied.continuous[kept.index];
+    case TraceLayout::Source::state:
+      break;
+  }
+  return measured ? tick.sensors.value[kept.channel] : tick.sensors.truth[kept.index];
 }
 
 std::vector<std::int64_t> tick_numbers(std::span<const TickRecord> ticks, double tick_s) {
@@ -34,19 +41,14 @@ std::vector<std::int64_t> tick_numbers(std::span<const TickRecord> ticks, double
   return numbers;
 }
 
-Trace::Signal error_of(const Trace& trace) {
-  Trace::Signal error{"error", "m", length_m, {}};
-  const auto &reference = trace.signal("reference").values, &position = trace.signal("position").values;
-  for (std::size_t i = 0; i < reference.size(); ++i) error.values.push_back(reference[i] - position[i]);
-  return error;
-}
-
-Trace::Signal cylinder_of(const Trace& trace) {
-  Trace::Signal cylinder{"cylinder", "N", force_n, {}};
-  const auto &a = trace.signal("pressure_a").values, &b = trace.signal("pressure_b").values;
-  const auto& c = trace.cylinder_force;
-  for (std::size_t i = 0; i < a.size(); ++i) cylinder.values.push_back(c[0] + c[1] * a[i] + c[2] * b[i]);
-  return cylinder;
+Trace::Signal derived_signal(const Trace& trace, const TraceLayout::Derived& derived) {
+  Trace::Signal sum{derived.name, derived.unit, derived.resolution, {}};
+  sum.values.assign(trace.ticks.size(), derived.constant);
+  for (const auto& [name, factor] : derived.terms) {
+    const std::vector<double>& values = trace.signal(name).values;
+    for (std::size_t i = 0; i < sum.values.size(); ++i) sum.values[i] += factor * values[i];
+  }
+  return sum;
 }
 
 /// Where in [first, last) the lowest and highest numbers are, in order; both `last` if there is none.
@@ -97,44 +99,44 @@ void SolveHistogram::add(const SolveHistogram& other) {
 
 std::int64_t SolveHistogram::total() const { return std::accumulate(counts.begin(), counts.end(), std::int64_t{0}); }
 
+bool Trace::has(std::string_view name) const { return std::ranges::count(signals, name, &Signal::name) > 0; }
+
 const Trace::Signal& Trace::signal(std::string_view name) const {
   const auto found = std::ranges::find(signals, name, &Signal::name);
   if (found == signals.end()) throw std::out_of_range("no signal " + std::string(name));
   return *found;
 }
 
-Trace make_trace(const VariantConfig& variant, const ScenarioConfig& scenario, std::span<const TickRecord> ticks) {
-  const PneumaticActuator plant(scenario.mismatch.applied_to(variant.nominal));
-  const ModeSet modes = valve_modes(variant.valves, variant.nominal);
+Trace make_trace(const VariantConfig& chosen, const ScenarioConfig& scenario, std::span<const TickRecord> ticks) {
+  const VariantConfig variant = told(chosen, scenario);
+  const System& system = system_of(variant);
+  const ModeSet modes = system.modes(variant);
+  TraceLayout layout = simulation_of(scenario).layout(variant, scenario);
   Trace trace;
-  trace.tick_s = timed(variant, scenario.timing, scenario.name).timing.tick_s;
+  trace.tick_s = variant.timing.tick_s;
   trace.ticks = tick_numbers(ticks, trace.tick_s);
-  trace.measured = !knows_truth(ticks);
+  trace.measured = !knows_truth(ticks, system.description().states.size());
   for (const Mode& mode : modes.modes()) trace.modes.push_back(mode.name);
-  const double none = plant.cylinder_force(0.0, 0.0);
-  trace.cylinder_force = {none, plant.cylinder_force(1.0, 0.0) - none, plant.cylinder_force(0.0, 1.0) - none};
-  trace.motor_limit_n = variant.nominal.motor_force_limit_n();
-  const auto add = [&](const char* name, const char* unit, double resolution, auto value) {
-    trace.signals.push_back({name, unit, resolution, values_of(ticks, value)});
-  };
-  const auto state = [measured = trace.measured](StateIndex i, ActuatorChannel channel) {
-    return [=](const TickRecord& t) { return measured ? t.sensors.value[channel] : t.sensors.truth[i]; };
-  };
-  add("reference", "m", length_m, [](const TickRecord& t) { return t.decision.reference.axis[0].value; });
-  add("position", "m", length_m, state(position, position_channel));
-  add("pressure_a", "Pa", pressure_pa, state(pressure_a, pressure_a_channel));
-  add("pressure_b", "Pa", pressure_pa, state(pressure_b, pressure_b_channel));
-  add("mode", "", 1.0, [&](const TickRecord& t) { return double(modes.find(t.applied.switches)); });
-  add("motor", "N", force_n, [](const TickRecord& t) { return t.applied.continuous[0]; });
+  for (const TraceLayout::Kept& kept : layout.kept) {
+    Trace::Signal& signal = trace.signals.emplace_back(Trace::Signal{kept.name, kept.unit, kept.resolution, {}});
+    signal.values.reserve(ticks.size());
+    for (const TickRecord& t : ticks) signal.values.push_back(kept_value(t, kept, modes, trace.measured));
+  }
+  trace.derived = std::move(layout.derived);
+  trace.panels = std::move(layout.panels);
   for (const TickRecord& t : ticks)
     if (t.decision.solved) trace.solves.add(t.decision.report.time_us);
   return trace;
 }
 
+Trace with_derived(Trace trace) {
+  for (const TraceLayout::Derived& derived : trace.derived)
+    if (!trace.has(derived.name)) trace.signals.push_back(derived_signal(trace, derived));
+  return trace;
+}
+
 Trace overview(const Trace& trace, int spans) {
-  Trace result = trace;
-  result.signals.push_back(error_of(trace));
-  result.signals.push_back(cylinder_of(trace));
+  Trace result = with_derived(trace);
   if (trace.ticks.size() <= 2 * static_cast<std::size_t>(spans)) return result;
   const std::vector<std::size_t> begins = span_begins(trace, spans);
   std::vector<std::int64_t> ticks;
@@ -152,24 +154,6 @@ Trace overview(const Trace& trace, int spans) {
   }
   result.ticks = std::move(ticks);
   return result;
-}
-
-std::vector<TickRecord> ticks_of(const Trace& trace, const ModeSet& modes) {
-  std::vector<TickRecord> ticks(trace.ticks.size());
-  const auto &reference = trace.signal("reference").values, &actual = trace.signal("position").values;
-  const auto &a = trace.signal("pressure_a").values, &b = trace.signal("pressure_b").values;
-  const auto &mode = trace.signal("mode").values, &motor = trace.signal("motor").values;
-  for (std::size_t i = 0; i < ticks.size(); ++i) {
-    TickRecord& t = ticks[i];
-    t.sensors.time_s = static_cast<double>(trace.ticks[i]) * trace.tick_s;
-    t.sensors.truth[position] = t.sensors.value[position_channel] = actual[i];
-    t.sensors.truth[pressure_a] = t.sensors.value[pressure_a_channel] = a[i];
-    t.sensors.truth[pressure_b] = t.sensors.value[pressure_b_channel] = b[i];
-    t.decision.reference.axis[0].value = reference[i];
-    if (mode[i] >= 0 && mode[i] < modes.size()) t.applied.switches = modes.pattern(static_cast<int>(mode[i]));
-    t.applied.continuous[0] = motor[i];
-  }
-  return ticks;
 }
 
 }  // namespace solenoid

@@ -2,13 +2,15 @@
 
 #include "core/rt/recorder.hpp"
 #include "experiments/campaign/scenario.hpp"
+#include "experiments/campaign/trace_layout.hpp"
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <nlohmann/json_fwd.hpp>
 
 namespace solenoid {
 
@@ -26,18 +28,11 @@ struct SolveHistogram {
   std::int64_t& count_of(int bin);
 };
 
-/// A run over time as reports draw it: small enough that a campaign keeps every tick of every run.
+/// A run over time as reports draw it: small enough that a campaign keeps every tick of every run. What is kept, what is
+/// made of it and how it is drawn are its system's (TraceLayout), and go with it: whoever draws a trace knows no system.
 ///
-/// name       unit  resolution
-/// reference  m     1e-7        desired position
-/// position   m     1e-7        the true one; where nobody knows it, the measured one
-/// pressure_a, pressure_b  Pa  10
-/// mode       -     1           index into `modes`, -1: a pattern without a name
-/// motor      N     1e-3        written, after the limits
-///
-/// An overview has in place of ticks spans of equal duration, two samples each, and also
-/// error      m     1e-7        reference - position
-/// cylinder   N     1e-3        force of the cylinder on the slide
+/// An overview has in place of ticks spans of equal duration, two samples each, and the derived signals beside the kept
+/// ones.
 struct Trace {
   struct Signal {
     std::string name, unit;
@@ -46,35 +41,46 @@ struct Trace {
   };
   double tick_s = 0.001;
   std::vector<std::int64_t> ticks;  ///< of each sample, since the run began; increasing
-  std::vector<Signal> signals;
-  std::vector<std::string> modes;
-  /// Cylinder force = [0] + [1] p_A + [2] p_B [N, Pa] of the plant in (4.3).
-  std::array<double, 3> cylinder_force{};
-  double motor_limit_n = 0.0;
-  bool measured = false;  ///< position and pressures are measurements
+  std::vector<Signal> signals;      ///< TraceLayout::kept, in its order
+  std::vector<TraceLayout::Derived> derived;
+  std::vector<TraceLayout::Panel> panels;
+  std::vector<std::string> modes;  ///< which the signal of a panel of modes counts
+  bool measured = false;           ///< states are measurements: nobody knows the true ones
   SolveHistogram solves;
 
+  bool has(std::string_view name) const;              ///< among `signals`
   const Signal& signal(std::string_view name) const;  ///< throws std::out_of_range
 };
 
+/// What a system keeps of a run. The variant need not have been told of the scenario.
 Trace make_trace(const VariantConfig& variant, const ScenarioConfig& scenario, std::span<const TickRecord> ticks);
 
-/// The same run in `spans` spans: of each signal the lowest and the highest value of each span, in their order of time.
-/// No peak is lost. A run of no more ticks than that keeps each of them.
+/// The same run with its derived signals among the others.
+Trace with_derived(Trace trace);
+
+/// The same run in `spans` spans: of each signal, derived ones too, the lowest and the highest value of each span, in
+/// their order of time. No peak is lost. A run of no more ticks than that keeps each of them.
 Trace overview(const Trace& trace, int spans);
 
-/// Ticks that have what `draw_figure` draws, and nothing else.
-std::vector<TickRecord> ticks_of(const Trace& trace, const ModeSet& modes);
+/// What a trace says beside its numbers, as a page reads it.
+///
+///   samples, tick_s, modes, measured
+///   derived   [{name, unit, resolution, constant, terms: [[SIGNAL, factor], ...]}]
+///   panels    [{label, unit, scale, curves: [{signal, label, desired}], modes, zero, limit, choice}]
+///   solves    {first, counts}
+nlohmann::ordered_json trace_header(const Trace& trace);
 
 /// A trace as bytes. Every number is rounded to its signal's resolution.
 ///
-///   "SLT1", then deflated (RFC 1950):
+///   "SLT2", then deflated (RFC 1950):
 ///   header length [4 bytes, little endian], JSON header, columns
 ///
+/// The header is trace_header() and `columns`: [{name, unit, resolution, order, bytes}].
 /// A column is the number of its steps, value / resolution rounded, as LEB128 of the zigzag of their first or second
 /// differences ("order" in the header); 2^46 stands for what is no number. The first column, `tick`, has resolution 1.
 std::string encode_trace(const Trace& trace);
-/// The inverse. Throws std::invalid_argument for what is no such bytes.
+/// The inverse; also of "SLT1", the format before, in which one system's signals were written into the program. Throws
+/// std::invalid_argument for what is no such bytes.
 Trace decode_trace(std::string_view bytes);
 
 }  // namespace solenoid

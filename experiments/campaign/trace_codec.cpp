@@ -1,5 +1,7 @@
 #include "experiments/campaign/trace.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -12,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::string_view magic = "SLT1";
+constexpr std::string_view magic = "SLT2", magic_before = "SLT1";
 constexpr std::int64_t no_number = std::int64_t{1} << 46;  // with its differences, exact as a double
 constexpr double largest = static_cast<double>(no_number / 2);
 
@@ -105,26 +107,96 @@ std::string inflated(std::string_view bytes) {
   return out;
 }
 
-Json header_of(const Trace& trace) {
-  return {{"samples", trace.ticks.size()},
-          {"tick_s", trace.tick_s},
-          {"modes", trace.modes},
-          {"cylinder_force", trace.cylinder_force},
-          {"motor_limit_n", trace.motor_limit_n},
-          {"measured", trace.measured},
-          {"solves", {{"first", trace.solves.first}, {"counts", trace.solves.counts}}}};
+Json derived_json(const TraceLayout::Derived& d) {
+  return {
+      {"name", d.name}, {"unit", d.unit}, {"resolution", d.resolution}, {"constant", d.constant}, {"terms", d.terms}};
 }
 
-Trace trace_of(const Json& header, std::string_view body) {
+TraceLayout::Derived derived_from(const Json& json) {
+  return {json.at("name"), json.at("unit"), json.at("resolution"), json.at("constant"),
+          json.at("terms").get<std::vector<std::pair<std::string, double>>>()};
+}
+
+Json panel_json(const TraceLayout::Panel& p) {
+  Json curves = Json::array();
+  for (const TraceLayout::Curve& c : p.curves)
+    curves.push_back({{"signal", c.signal}, {"label", c.label}, {"desired", c.desired}});
+  return {{"label", p.label}, {"unit", p.unit}, {"scale", p.scale}, {"curves", std::move(curves)},
+          {"modes", p.modes}, {"zero", p.zero}, {"limit", p.limit}, {"choice", p.choice}};
+}
+
+TraceLayout::Panel panel_from(const Json& json) {
+  TraceLayout::Panel p{.label = json.at("label"),
+                       .unit = json.at("unit"),
+                       .scale = json.at("scale"),
+                       .curves = {},
+                       .modes = json.at("modes"),
+                       .zero = json.at("zero"),
+                       .limit = json.at("limit"),
+                       .choice = json.at("choice")};
+  for (const Json& curve : json.at("curves"))
+    p.curves.push_back({curve.at("signal"), curve.at("label"), curve.at("desired")});
+  return p;
+}
+
+/// How a header says what is made of the signals, and how they are drawn.
+using ReadLayout = void (*)(const Json& header, Trace& trace);
+
+void read_layout(const Json& header, Trace& trace) {
+  for (const Json& derived : header.at("derived")) trace.derived.push_back(derived_from(derived));
+  for (const Json& panel : header.at("panels")) trace.panels.push_back(panel_from(panel));
+}
+
+/// The old format's traces are all of the pneumatic actuator: three numbers of its cylinder's force and the motor's
+/// limit say what a layout says now.
+void read_layout_before(const Json& header, Trace& trace) {
+  const auto force = header.at("cylinder_force").get<std::array<double, 3>>();
+  const double motor_limit_n = header.at("motor_limit_n");
+  trace.derived = {{"error", "m", 1e-7, 0.0, {{"reference", 1.0}, {"position", -1.0}}},
+                   {"cylinder", "N", 1e-3, force[0], {{"pressure_a", force[1]}, {"pressure_b", force[2]}}}};
+  trace.panels = {
+      {.label = "position",
+       .unit = "mm",
+       .scale = 1e3,
+       .curves = {{"position", "actual"}, {"reference", "desired", true}}},
+      {.label = "error", .unit = "mm", .scale = 1e3, .curves = {{"error", "error"}}, .zero = true},
+      {.label = "valve mode", .curves = {{"mode", "valve mode"}}, .modes = true},
+      {.label = "cylinder force", .unit = "N", .curves = {{"cylinder", "cylinder"}}, .zero = true, .choice = "fourth"},
+      {.label = "pressure",
+       .unit = "kPa",
+       .scale = 1e-3,
+       .curves = {{"pressure_a", "pressure A"}, {"pressure_b", "pressure B"}},
+       .choice = "fourth"},
+      {.label = "motor force",
+       .unit = "N",
+       .curves = {{"motor", "motor"}},
+       .zero = true,
+       .limit = std::max(motor_limit_n, 1.0)}};
+}
+
+/// Every signal that something is made of, or that is drawn, must be there.
+void require_signals(const Trace& trace) {
+  const auto require = [](bool there, const std::string& name) {
+    if (!there) throw std::invalid_argument("a trace's signal '" + name + "' is missing");
+  };
+  for (const TraceLayout::Derived& derived : trace.derived)
+    for (const auto& [name, factor] : derived.terms) require(trace.has(name), name);
+  for (const TraceLayout::Panel& panel : trace.panels)
+    for (const TraceLayout::Curve& curve : panel.curves)
+      require(
+          trace.has(curve.signal) || std::ranges::count(trace.derived, curve.signal, &TraceLayout::Derived::name) > 0,
+          curve.signal);
+}
+
+Trace trace_of(const Json& header, std::string_view body, ReadLayout read_layout_of) {
   Trace trace;
   const auto samples = header.at("samples").get<std::size_t>();
   header.at("tick_s").get_to(trace.tick_s);
   header.at("modes").get_to(trace.modes);
-  header.at("cylinder_force").get_to(trace.cylinder_force);
-  header.at("motor_limit_n").get_to(trace.motor_limit_n);
   header.at("measured").get_to(trace.measured);
   header.at("solves").at("first").get_to(trace.solves.first);
   header.at("solves").at("counts").get_to(trace.solves.counts);
+  read_layout_of(header, trace);
   std::size_t at = 0;
   for (const Json& column : header.at("columns")) {
     const auto size = column.at("bytes").get<std::size_t>();
@@ -141,13 +213,27 @@ Trace trace_of(const Json& header, std::string_view body) {
                                                 : static_cast<double>(step) * signal.resolution);
     trace.signals.push_back(std::move(signal));
   }
+  require_signals(trace);
   return trace;
 }
 
 }  // namespace
 
+Json trace_header(const Trace& trace) {
+  Json json = {{"samples", trace.ticks.size()},
+               {"tick_s", trace.tick_s},
+               {"modes", trace.modes},
+               {"measured", trace.measured},
+               {"derived", Json::array()},
+               {"panels", Json::array()},
+               {"solves", {{"first", trace.solves.first}, {"counts", trace.solves.counts}}}};
+  for (const TraceLayout::Derived& derived : trace.derived) json["derived"].push_back(derived_json(derived));
+  for (const TraceLayout::Panel& panel : trace.panels) json["panels"].push_back(panel_json(panel));
+  return json;
+}
+
 std::string encode_trace(const Trace& trace) {
-  Json header = header_of(trace), columns = Json::array();
+  Json header = trace_header(trace), columns = Json::array();
   std::string body = encode_column("tick", "", 1.0, trace.ticks, columns);
   for (const Trace::Signal& signal : trace.signals) {
     std::vector<std::int64_t> steps;
@@ -163,7 +249,8 @@ std::string encode_trace(const Trace& trace) {
 }
 
 Trace decode_trace(std::string_view bytes) {
-  if (!bytes.starts_with(magic)) throw std::invalid_argument("no trace: it does not begin with SLT1");
+  const bool before = bytes.starts_with(magic_before);
+  if (!before && !bytes.starts_with(magic)) throw std::invalid_argument("no trace: it does not begin with SLT2");
   const std::string all = inflated(bytes.substr(magic.size()));
   std::size_t length = 0;
   for (std::size_t byte = 0; byte < 4 && byte < all.size(); ++byte)
@@ -171,7 +258,8 @@ Trace decode_trace(std::string_view bytes) {
   if (all.size() < 4 || length > all.size() - 4) throw std::invalid_argument("a trace's header is cut off");
   const std::string_view rest = std::string_view(all).substr(4);
   try {
-    return trace_of(Json::parse(rest.substr(0, length)), rest.substr(length));
+    return trace_of(Json::parse(rest.substr(0, length)), rest.substr(length),
+                    before ? read_layout_before : read_layout);
   } catch (const Json::exception& error) {
     throw std::invalid_argument(std::string("a trace's header: ") + error.what());
   }

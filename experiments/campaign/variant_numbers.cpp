@@ -49,7 +49,9 @@ void follow_blocks(toml::table& variant) {
     keys.tick_ms = (*timing)["tick_ms"].value<double>();
     keys.period_ms = (*timing)["period_ms"].value<double>();
   }
-  const Timing timing = with_keys(systems().front()->timing, keys, "variant");
+  const System* system = find_system(variant["system"].value_or(systems().front()->name()));
+  if (!system) return;  // the reader refuses it
+  const Timing timing = with_keys(system->description().timing, keys, "variant");
   variant["horizon"].as_table()->insert_or_assign("steps", periods * timing.ticks_per_period);
 }
 

@@ -1,5 +1,6 @@
 #include "controllers/factory.hpp"
 #include "controllers/systems/actuator/actuator_guard.hpp"
+#include "controllers/systems/actuator/actuator_variant.hpp"
 #include "core/config/reader.hpp"
 #include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
@@ -28,10 +29,10 @@ namespace {
 std::string check_variants(const std::string& path, const Campaign& campaign) {
   std::string notes;
   for (const VariantConfig& v : campaign.variants) {
-    for (const std::string& note : rounded_times(valve_modes(v.valves, v.nominal), v.timing.tick_s))
+    for (const std::string& note : rounded_times(system_of(v).modes(v), v.timing.tick_s))
       notes += fmt::format("; variant '{}': {}", v.name, note);
     try {
-      make_controller(v, campaign.scenarios.front().trajectory, campaign.scenarios.front().plane);
+      make_controller(told(v, campaign.scenarios.front()), campaign.scenarios.front().trajectory);
     } catch (const std::invalid_argument& error) {
       throw ConfigError(fmt::format("{}: variant '{}': {}", path, v.name, error.what()));
     }
@@ -66,15 +67,16 @@ struct CheckArguments {
 /// The rig as it stands, outputs safe: what `run` looks at before it moves anything.
 std::vector<Check> check_plant(const CheckArguments& options) {
   PlantChoice choice = options.plant;
-  if (!options.rig_file.empty()) choice.rig = read_rig_file(options.rig_file);
   const Campaign campaign = read_campaign("rig");
+  choice.rig =
+      options.rig_file.empty() ? usual_rig(*campaign.system) : read_rig_file(options.rig_file, *campaign.system);
   const VariantConfig& variant = campaign.variants.front();
   const OpenedPlant opened = open_plant(choice, variant, campaign.scenarios.front(), 1);
   PlausibilitySettings plausibility = choice.rig.ladder.plausibility;
-  bound_by_supply(plausibility, variant.nominal);
-  const Preflight found = preflight(*opened.plant, plausibility, variant.timing.tick_s);
+  bound_by_supply(plausibility, actuator(variant).nominal);
+  const Preflight found = preflight(*opened.plant, actuator_description(), plausibility, variant.timing.tick_s);
   const ChannelLimits& limits = choice.rig.ladder.limits[position_channel];
-  const bool inside = found.position_m >= limits.low && found.position_m <= limits.high;
+  const bool inside = found.at[0] >= limits.low && found.at[0] <= limits.high;
   const bool late = found.read_us.p99 > 1e6 * variant.timing.tick_s;
   return {{"plant", "I/O latency", late ? "failed" : "ok",
            fmt::format("read p50 {:.0f} us, p99 {:.0f} us, max {:.0f} us of the tick's 1000; {} of 100 missed",
@@ -82,7 +84,7 @@ std::vector<Check> check_plant(const CheckArguments& options) {
           {"plant", "sensors", found.good() ? "ok" : "failed",
            found.good() ? "plausible for 0.1 s" : to_string(found.faults, actuator_description())},
           {"plant", "position", inside ? "ok" : "failed",
-           fmt::format("{:.2f} mm, calibrated; limits {:.1f} to {:.1f} mm", 1e3 * found.position_m, 1e3 * limits.low,
+           fmt::format("{:.2f} mm, calibrated; limits {:.1f} to {:.1f} mm", 1e3 * found.at[0], 1e3 * limits.low,
                        1e3 * limits.high)}};
 }
 

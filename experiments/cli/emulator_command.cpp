@@ -1,3 +1,4 @@
+#include "controllers/systems/actuator/actuator_variant.hpp"
 #include "core/config/reader.hpp"
 #include "core/systems/actuator/valves.hpp"
 #include "experiments/base/files.hpp"
@@ -6,6 +7,7 @@
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/value_kinds.hpp"
 #include "experiments/rig/emulator.hpp"
+#include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
 
 #include <csignal>
 #include <cstdio>
@@ -32,23 +34,23 @@ void hear_interrupts() {
 
 int emulate(const EmulatorArguments& chosen) {
   EmulatorArguments options = chosen;
-  options.emulator.faults = parse_faults(options.faults);
+  options.emulator.faults = parse_faults(options.faults, actuator_simulation());
   const Campaign campaign = read_campaign(options.campaign, {{options.variant}, {options.scenario}});
   const VariantConfig& variant = campaign.variants.front();
   const ScenarioConfig& scenario = campaign.scenarios.front();
-  const ModeSet modes = valve_modes(variant.valves, variant.nominal);
+  const ModeSet modes = system_of(variant).modes(variant);
   EmulatedNode node(
       [&](std::uint64_t session) {
         const std::uint64_t seed = options.emulator.seed + session - 1;
         return std::make_unique<FaultyPlant>(make_plant(variant, scenario, seed), options.emulator.faults,
-                                             variant.valves, seed);
+                                             told(variant, scenario), seed);
       },
       Calibration{}, (SwitchPattern{1} << modes.switch_count()) - 1);
   const InterruptGuard guard;
   serve(node, options.emulator, InterruptGuard::raised, [&](const std::string& setup) {
     hear_interrupts();
     fmt::print(stderr, "emulator: {} on 127.0.0.1:{}, {} valves, {}\n", scenario.name, options.emulator.port,
-               variant.valves, setup);
+               variant.modes, setup);
   });
   const std::string report = node_report(node);
   if (options.report.empty())
@@ -72,7 +74,8 @@ void add_emulator(CLI::App& app, int& exit_code) {
   command->add_option("--port", options->emulator.port, "UDP port on 127.0.0.1; default 47811")
       ->check(CLI::Range(1, 65535));
   command->add_option("--seed", options->emulator.seed, "of its noise; counts up with each session; default 1");
-  command->add_option("--fault", options->faults, "a fault by script, repeatable: " + fault_help());
+  command->add_option("--fault", options->faults,
+                      "a fault by script, repeatable: " + fault_help(actuator_simulation()));
   command->add_option("--report", options->report, "write what it has seen to this JSON file; default: standard output")
       ->type_name(value_kind::file);
   command->add_option("--idle-exit", options->emulator.idle_exit_s, "end after so many seconds without a packet")

@@ -16,6 +16,7 @@
 #include "experiments/systems/actuator/identify/log_source.hpp"
 #include "experiments/systems/actuator/identify/output.hpp"
 #include "experiments/systems/actuator/identify/run_experiment.hpp"
+#include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
 #include "experiments/systems/actuator/twin/twin_plant.hpp"
 
 #include <algorithm>
@@ -105,15 +106,18 @@ Experiment approach_to(const Experiment& experiment) {
 
 std::vector<Record> real_time_records(const IdentifyArguments& options, std::vector<std::string>& remarks) {
   PlantChoice choice = options.plant;
-  if (!options.rig_file.empty()) choice.rig = read_rig_file(options.rig_file);
+  if (!options.rig_file.empty())
+    choice.rig = read_rig_file(options.rig_file, actuator_simulation().system());
+  else
+    choice.rig = usual_rig(actuator_simulation().system());
   lock_memory();
-  const OpenedPlant opened = open_plant(choice, {}, {}, options.run.seed);
+  const OpenedPlant opened = open_plant(choice, new_variant(), {}, options.run.seed);
   const CrashGuard crash_guard(opened.rig->io());
   const ActuatorParameters given = named_parameters(options.base);
   PlausibilitySettings plausibility = choice.rig.ladder.plausibility;
   bound_by_supply(plausibility, given);
-  const Preflight found = preflight(*opened.plant, plausibility, actuator_timing.tick_s);
-  fmt::print(stderr, "{}\n", found.text());
+  const Preflight found = preflight(*opened.plant, actuator_description(), plausibility, actuator_timing.tick_s);
+  fmt::print(stderr, "{}\n", found.text(actuator_description()));
   if (!found.good()) throw std::runtime_error("the sensors are not plausible: not started");
   std::vector<Record> records;
   for (const Experiment& e : chosen_experiments(options)) {

@@ -10,6 +10,7 @@
 #include "experiments/profile/profile_report.hpp"
 #include "experiments/profile/record.hpp"
 #include "experiments/profile/shipped_instances.hpp"
+#include "experiments/report/headings.hpp"
 #include "experiments/rig/replay_run.hpp"
 
 #include <algorithm>
@@ -74,11 +75,14 @@ void show_pass(int pass, std::size_t settled, std::size_t variants) {
 }
 
 /// The closed loops of the quality curve: the campaign's or the log's task, or those the shipped instances come from.
-std::vector<QualityPoint> quality_of(const ProfileArguments& options) {
+std::vector<QualityPoint> quality_of(const ProfileArguments& options, ProfileResult& result) {
   if (options.budgets_ms.empty()) return {};
   const Campaign campaign =
       is_log(options) ? recorded_campaign(read_log(options.campaign), options.selection.variants)
                       : read_campaign(options.campaign.empty() ? "profile" : options.campaign, options.selection);
+  const MetricColumn& judged = judged_metric(campaign.system->description());
+  result.judged = judged.key;
+  result.judged_heading = judged.heading;
   std::fprintf(stderr, "profile: closed loops at %zu budgets\n", options.budgets_ms.size());
   return quality_against_time(campaign, options.budgets_ms, options.profile.core, InterruptGuard::raised);
 }
@@ -95,7 +99,7 @@ int profile(ProfileArguments options) {
   options.profile.interrupted = InterruptGuard::raised;
   options.profile.progress = show_pass;
   result.profile = profile_instances(set, options.profile);
-  if (!result.profile.interrupted) result.quality = quality_of(options);
+  if (!result.profile.interrupted) result.quality = quality_of(options, result);
   if (result.profile.interrupted || InterruptGuard::raised()) return interrupted;
   if (!options.against.empty())
     result.change = compare_profiles(result.profile, then, options.against, options.threshold);

@@ -6,6 +6,9 @@
 #include "experiments/rig/log/tick_fields.hpp"
 #include "experiments/rig/replay_run.hpp"
 
+#include <algorithm>
+#include <cctype>
+
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -17,11 +20,14 @@ struct ReplayArguments {
   std::string log, variant, csv, format = "table";
 };
 
-std::string text_of(const ReplayResult& r, const std::string& variant, bool same) {
+std::string text_of(const ReplayResult& r, const SystemDescription& system, const std::string& variant, bool same) {
   std::string text = fmt::format("{} ticks through {}\n", r.ticks, variant);
-  text += fmt::format("commands    {} with other coils, {} with another motor force ({:.3g} N RMS apart){}\n",
-                      r.coil_differences, r.motor_differences, r.motor_difference_rms_n,
-                      r.first_difference_s < 0 ? "" : fmt::format("; the first at {:.3f} s", r.first_difference_s));
+  text += fmt::format("commands    {} with other {}", r.switch_differences, system.switches_key);
+  for (std::size_t i = 0; i < system.continuous.size(); ++i)
+    text += fmt::format(", {} with another {} ({:.3g} {} RMS apart)", r.continuous_differences[i],
+                        system.continuous[i].label, r.continuous_difference_rms[i], system.continuous[i].unit);
+  if (r.first_difference_s >= 0) text += fmt::format("; the first at {:.3f} s", r.first_difference_s);
+  text += "\n";
   if (same && r.unproven > 0)
     text += fmt::format("            {} solves of the log were cut by their deadline\n", r.unproven);
   const auto line = [](const char* name, const Percentiles& p) {
@@ -31,18 +37,23 @@ std::string text_of(const ReplayResult& r, const std::string& variant, bool same
   return text + line("solve", r.solve_us) + line("tick", r.step_us);
 }
 
-std::string json_of(const ReplayResult& r, const std::string& variant) {
+std::string json_of(const ReplayResult& r, const SystemDescription& system, const std::string& variant) {
   const auto times = [](const Percentiles& p) {
     return nlohmann::ordered_json{{"p50", p.p50}, {"p90", p.p90}, {"p99", p.p99}, {"p999", p.p999}, {"max", p.max}};
   };
-  const nlohmann::ordered_json json = {{"variant", variant},
-                                       {"ticks", r.ticks},
-                                       {"coil_differences", r.coil_differences},
-                                       {"motor_differences", r.motor_differences},
-                                       {"motor_difference_rms_n", r.motor_difference_rms_n},
-                                       {"unproven", r.unproven},
-                                       {"solve_us", times(r.solve_us)},
-                                       {"tick_us", times(r.step_us)}};
+  nlohmann::ordered_json json = {{"system", system.name},
+                                 {"variant", variant},
+                                 {"ticks", r.ticks},
+                                 {system.switch_noun + "_differences", r.switch_differences}};
+  for (std::size_t i = 0; i < system.continuous.size(); ++i) {
+    std::string unit = system.continuous[i].unit;
+    std::ranges::transform(unit, unit.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    json[system.continuous[i].name + "_differences"] = r.continuous_differences[i];
+    json[fmt::format("{}_difference_rms_{}", system.continuous[i].name, unit)] = r.continuous_difference_rms[i];
+  }
+  json["unproven"] = r.unproven;
+  json["solve_us"] = times(r.solve_us);
+  json["tick_us"] = times(r.step_us);
   return json.dump(1) + "\n";
 }
 
@@ -53,8 +64,9 @@ int replay(const ReplayArguments& options) {
   const ReplayResult result = same ? replay_same(run, task) : replay_other(run, task, shipped_variant(options.variant));
   const std::string name = same ? task.variant.name : options.variant;
   if (!options.csv.empty()) write_file_atomically(options.csv, TickFormat(*run.system).csv_text(result.decided));
-  write_standard_output(options.format == "json" ? json_of(result, name) : text_of(result, name, same));
-  return same && result.coil_differences + result.motor_differences > 0 && result.unproven == 0 ? failure : success;
+  write_standard_output(options.format == "json" ? json_of(result, *run.system, name)
+                                                 : text_of(result, *run.system, name, same));
+  return same && result.first_difference_s >= 0 && result.unproven == 0 ? failure : success;
 }
 
 }  // namespace

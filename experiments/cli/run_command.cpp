@@ -1,10 +1,10 @@
 #include "controllers/catalogue.hpp"
-#include "controllers/systems/actuator/actuator_guard.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/interrupt.hpp"
 #include "experiments/base/machine.hpp"
 #include "experiments/campaign/results_folder.hpp"
+#include "experiments/campaign/simulated_system.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/live_options.hpp"
 #include "experiments/cli/value_kinds.hpp"
@@ -30,7 +30,7 @@ namespace solenoid {
 namespace {
 
 struct RunArguments {
-  std::string variant, campaign = "rig", scenario = "cycloidal", rig_file, policy = "at_once", out, format = "table";
+  std::string variant, campaign, scenario, rig_file, policy = "at_once", out, format = "table";
   std::vector<std::string> faults;
   PlantChoice plant;
   SessionSettings session;
@@ -56,12 +56,12 @@ bool rearm_wanted() {
 /// One moving line on a terminal, else a line a second.
 class StatusLine {
  public:
-  void show(const TickRecord& tick) {
+  void show(const TickRecord& tick, const SystemDescription& system) {
     const bool terminal = isatty(STDERR_FILENO) != 0;
     if (terminal)
-      fmt::print(stderr, "\r\033[K{}", status_line(tick));
+      fmt::print(stderr, "\r\033[K{}", status_line(tick, system));
     else if (tick.sensors.time_s >= next_s_)
-      fmt::print(stderr, "{}\n", status_line(tick)), next_s_ = tick.sensors.time_s + 1.0;
+      fmt::print(stderr, "{}\n", status_line(tick, system)), next_s_ = tick.sensors.time_s + 1.0;
     std::fflush(stderr);
     open_ = terminal;
   }
@@ -76,7 +76,12 @@ class StatusLine {
 
 /// The chosen cell of the campaign, once for each repeat, with a seed of its own.
 Campaign campaign_of(const RunArguments& options) {
-  Campaign campaign = read_campaign(options.campaign, {{options.variant}, {options.scenario}});
+  std::string name = options.campaign;
+  if (name.empty()) name = simulation_of(system_of(shipped_variant(options.variant))).real_time_campaign();
+  Selection selection{{options.variant}, {}};
+  if (!options.scenario.empty()) selection.scenarios = {options.scenario};
+  Campaign campaign = read_campaign(name, selection);
+  campaign.scenarios.resize(1);
   ScenarioConfig& scenario = campaign.scenarios.front();
   if (options.duration_s > 0) scenario.duration_s = options.duration_s;
   const CampaignRun first = campaign.runs.front();
@@ -92,22 +97,25 @@ Campaign campaign_of(const RunArguments& options) {
   return campaign;
 }
 
-/// Measurement must be plausible; a slide that stands elsewhere is brought to the task's start first.
+/// Measurement must be plausible; a plant that stands elsewhere is brought to the task's start first.
 void look_before_start(const RunArguments& options, Plant& plant, const VariantConfig& variant,
                        const ScenarioConfig& scenario, SessionSettings& session) {
-  constexpr double near_m = 1e-3;
-  PlausibilitySettings plausibility = session.ladder.plausibility;
-  bound_by_supply(plausibility, variant.nominal);
-  const Preflight found = preflight(plant, plausibility, variant.timing.tick_s);
-  if (!options.quiet || !found.good()) fmt::print(stderr, "{}\n", found.text());
+  constexpr double near = 1e-3;
+  const System& system = system_of(scenario);
+  LadderSettings ladder = session.ladder;
+  system.fit_ladder(variant, ladder);
+  const Preflight found = preflight(plant, system.description(), ladder.plausibility, variant.timing.tick_s);
+  if (!options.quiet || !found.good()) fmt::print(stderr, "{}\n", found.text(system.description()));
   if (!found.good()) throw std::runtime_error("the sensors are not plausible: not started");
-  session.at_start_position = std::abs(found.position_m - scenario.trajectory.start()[0]) < near_m;
+  const AxisValues start = scenario.trajectory.start();
+  for (std::size_t a = 0; a < system.description().axes.size(); ++a)
+    session.at_start_position = session.at_start_position && std::abs(found.at[a] - start[a]) < near;
 }
 
 SessionResult run_one(const RunArguments& options, const Campaign& campaign, const CampaignRun& run,
                       const std::string& folder) {
   const ScenarioConfig& scenario = campaign.scenarios.front();
-  const VariantConfig variant = timed(campaign.variants.front(), scenario.timing, scenario.name);
+  const VariantConfig variant = told(campaign.variants.front(), scenario);
   const OpenedPlant opened = open_plant(options.plant, variant, scenario, run.seed);
   std::optional<CrashGuard> crash_guard;
   if (opened.rig) crash_guard.emplace(opened.rig->io());
@@ -128,19 +136,21 @@ SessionResult run_one(const RunArguments& options, const Campaign& campaign, con
   SessionWatch watch;
   watch.interrupted = InterruptGuard::raised;
   watch.rearm_wanted = rearm_wanted;
-  if (!options.quiet) watch.show = [&status](const TickRecord& tick) { status.show(tick); };
+  if (!options.quiet) watch.show = [&](const TickRecord& tick) { status.show(tick, campaign.system->description()); };
   return run_session(*opened.plant, variant, scenario, session, watch);
 }
 
 int run(const RunArguments& chosen) {
   RunArguments options = chosen;
-  options.plant.faults = parse_faults(options.faults);
-  if (!options.rig_file.empty()) options.plant.rig = read_rig_file(options.rig_file);
+  const Campaign campaign = campaign_of(options);
+  options.plant.faults = parse_faults(options.faults, simulation_of(*campaign.system));
+  options.plant.rig =
+      options.rig_file.empty() ? usual_rig(*campaign.system) : read_rig_file(options.rig_file, *campaign.system);
   const double lowering_s = options.session.ladder.lowering_s;
-  options.session.ladder = options.plant.rig.ladder;
+  options.session.ladder =
+      ladder_at(options.plant.rig, told(campaign.variants.front(), campaign.scenarios.front()).timing.tick_s);
   options.session.rates = options.plant.rig.rates;
   if (lowering_s > 0) options.session.ladder.lowering_s = lowering_s;
-  const Campaign campaign = campaign_of(options);
   require_real_time(campaign.variants.front());
   const std::string folder = options.out.empty() ? "results/run-" + compact_timestamp() : options.out;
   const InterruptGuard guard;
@@ -167,8 +177,9 @@ int run(const RunArguments& chosen) {
     if (records.empty() && !options.quiet) fmt::print(stderr, "{}", setup_text(result.setup));
     RunRecord record = record_of(campaign, cell, result.metrics);
     if (!result.clean())
-      record.status = "failed: " + (result.log_problem.empty() ? "SAFE: " + to_string(result.causes, *campaign.system)
-                                                               : result.log_problem);
+      record.status =
+          "failed: " + (result.log_problem.empty() ? "SAFE: " + to_string(result.causes, campaign.system->description())
+                                                   : result.log_problem);
     text += session_text(record, result);
     list.push_back(session_json(record, result));
     results.add(cell, record);
@@ -188,12 +199,13 @@ int run(const RunArguments& chosen) {
 void add_plant_options(CLI::App& command, RunArguments& o) {
   command
       .add_option("--plant", o.plant.kind,
-                  "sim (the twin in this process), emulator (UDP I/O node) or comedi; default sim")
+                  "sim (the scenario's plant in this process), emulator (UDP I/O node) or comedi; default sim")
       ->check(CLI::IsMember({"sim", "emulator", "comedi"}));
   command.add_option("--rig", o.rig_file, "TOML of calibration, wiring and limits (docs/reference/rig.md)")
       ->type_name(value_kind::toml);
   command.add_option("--node", o.plant.address, "ADDRESS:PORT of the UDP I/O node; default 127.0.0.1:47811");
-  command.add_option("--fault", o.faults, "provoke a fault, repeatable: " + fault_help());
+  command.add_option("--fault", o.faults,
+                     "provoke a fault, repeatable: " + fault_help(simulation_of(*systems().front())));
 }
 
 void add_realtime_options(CLI::App& command, RunArguments& o) {
@@ -223,9 +235,13 @@ void add_run(CLI::App& app, int& exit_code) {
   command->add_option("variant", options->variant, "a variant of the campaign or a shipped one")
       ->type_name(value_kind::variant)
       ->required();
-  command->add_option("--campaign", options->campaign, "where the task is from: a file, or a shipped one; default rig")
+  command
+      ->add_option("--campaign", options->campaign,
+                   "where the task is from: a file, or a shipped one; default: of the variant's system, "
+                   "of the actuator rig")
       ->type_name(value_kind::campaign);
-  command->add_option("--scenario", options->scenario, "the task; default cycloidal")->type_name(value_kind::scenario);
+  command->add_option("--scenario", options->scenario, "the task; default the campaign's first")
+      ->type_name(value_kind::scenario);
   command->add_option("--duration", options->duration_s, "seconds; default: the task's")
       ->check(CLI::Range(0.01, 86400.0));
   command->add_option("--seed", options->seed, "of a simulated plant's noise; default 1");

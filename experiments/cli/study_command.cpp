@@ -176,6 +176,8 @@ void add_study(CLI::App& app, int& exit_code) {
             "Table 5-2's trade of overshoot against steady-state error, its knee, and better");
   add_sweep(*study, exit_code, "valves", "three, four, seven and nine valve states: error, switches, air, holding");
   add_sweep(*study, exit_code, "forgetting", "the integral's forgetting factor: error and oscillation");
+  add_sweep(*study, exit_code, "inverter_horizon",
+            "the inverter's distortion against its switching frequency, by horizon");
   add_force_ratio(*study, exit_code);
   add_identification(*study, exit_code);
 }

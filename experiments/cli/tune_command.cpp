@@ -7,6 +7,7 @@
 #include "experiments/cli/value_kinds.hpp"
 #include "experiments/tune/tune_report.hpp"
 
+#include <charconv>
 #include <cstdio>
 #include <memory>
 
@@ -18,7 +19,7 @@ namespace {
 
 struct TuneArguments {
   TuneSettings settings;
-  std::vector<std::string> free;
+  std::vector<std::string> free, limits;
   std::string objective = "rmse";
   OutputOptions output;
 };
@@ -32,9 +33,20 @@ void try_to_draw(const Plot& plot, const std::string& path) {
   }
 }
 
+/// Reads "air_g=2".
+std::pair<std::string, double> parse_limit(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  double value = 0.0;
+  const char* end = text.data() + text.size();
+  if (equals == std::string::npos || std::from_chars(text.data() + equals + 1, end, value).ptr != end || !(value > 0))
+    throw ConfigError(fmt::format("--limit: '{}' is no limit (allowed: KEY=VALUE, above 0)", text));
+  return {text.substr(0, equals), value};
+}
+
 int run_tuning(TuneArguments& options) {
   TuneSettings& settings = options.settings;
   for (const std::string& text : options.free) settings.free.push_back(parse_free_parameter(text));
+  for (const std::string& text : options.limits) settings.limits.insert(parse_limit(text));
   settings.aim = options.objective == "step" ? TuneAim::step : TuneAim::rmse;
   if (settings.out.empty()) settings.out = fmt::format("results/tune-{}-{}", settings.variant, compact_timestamp());
   const InterruptGuard guard;
@@ -75,17 +87,16 @@ void add_tune(CLI::App& app, int& exit_code) {
       ->type_name(value_kind::campaign);
   command
       ->add_option("--objective", options->objective,
-                   "rmse: of the true position; step: overshoot and steady-state error of step tests; default rmse")
+                   "rmse: the system's own error; step: overshoot and steady-state error of step tests; default rmse")
       ->check(CLI::IsMember({"rmse", "step"}));
   command->add_option("--algorithm", s.algorithm, "of NLopt; default subplex")->check(CLI::IsMember(tune_algorithms()));
   command->add_option("--evaluations", s.evaluations, "at most; default 60")->check(CLI::Range(1, 100000));
   command->add_option("--patience", s.patience, "end after so many without a better one; default 25")
       ->check(CLI::Range(1, 100000));
-  command
-      ->add_option("--switches", s.switches_per_s, "coil switches a second that cost nothing; default: the variant's")
-      ->check(CLI::PositiveNumber);
-  command->add_option("--air", s.air_g, "supply air a run that costs nothing [g]; default: the variant's")
-      ->check(CLI::PositiveNumber);
+  command->add_option(
+      "--limit", options->limits,
+      "KEY=VALUE of an effort that costs nothing, repeatable: switches_per_s=20, air_g=2; default: what "
+      "the variant needs as it is");
   add_jobs_option(*command, s.jobs);
   add_out_option(*command, s.out, "folder");
   add_output_options(*command, options->output, {"table", "json"});

@@ -2,7 +2,6 @@
 
 #include "controllers/compiled_solvers.hpp"
 #include "core/config/reader.hpp"
-#include "core/systems/actuator/valves.hpp"
 #include "solvers/minlp/bonmin.hpp"
 #include "solvers/search/branch_and_bound.hpp"
 
@@ -25,8 +24,7 @@ class Keeper {
       : set_(set),
         variant_(variant),
         options_(options),
-        problem_(make_problem<Model>(variant.config, Plane::vertical)),
-        horizontal_(make_problem<Model>(variant.config, Plane::horizontal)),
+        problem_(make_problem<Model>(variant.config)),
         grid_(control_grid(problem_.horizon, 0)),
         warm_(problem_),
         relaxed_(problem_, grid_) {
@@ -34,7 +32,9 @@ class Keeper {
     enumerate_.prepare(problem_);
     relaxing_->prepare(problem_, grid_);
     for (Rounder& r : rounders_) r.solver->prepare(problem_);
-    if (minlp::available() && options.bonmin_states > 0) bonmin_.prepare(problem_);
+    for (const RecordedMotion& motion : set.motions)
+      problems_.push_back(make_problem<Model>(told(variant.config, motion)));
+    prepare_bonmin(options.bonmin_states > 0);
   }
 
   LedgerOfVariant run() {
@@ -55,7 +55,7 @@ class Keeper {
 
   LedgerState keep(std::size_t index, bool with_bonmin) {
     const InstanceRecord& record = variant_.records[index];
-    Problem<Model>& problem = set_.motions[record.motion].plane == Plane::vertical ? problem_ : horizontal_;
+    Problem<Model>& problem = problems_[record.motion];
     pose(set_, record, problem, warm_);
     LedgerState state;
     state.record = index;
@@ -67,7 +67,7 @@ class Keeper {
     solve_plan(problem, enumerate_, entry(M::exhaustive));
     hold(problem, entry(M::held));
     for (Rounder& r : rounders_) solve_plan(problem, *r.solver, entry(r.method));
-    if (with_bonmin && minlp::available())
+    if (with_bonmin && with_bonmin_)
       solve_plan(problem, bonmin_, entry(M::bonmin),
                  Deadline::after(std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 * options_.bonmin_limit_s))));
     relax_plan(problem, grid_, best, relaxed_);
@@ -87,11 +87,22 @@ class Keeper {
     return {report.status, true, report.cost, us_since(start)};
   }
 
-  /// Prepared; none for a mode set that the SQP is not compiled for.
+  /// It may be left out, and a mode set may be beyond its equations.
+  void prepare_bonmin(bool wanted) {
+    if (!wanted || !minlp::available()) return;
+    try {
+      bonmin_.prepare(problem_);
+      with_bonmin_ = true;
+    } catch (const std::invalid_argument&) {
+      with_bonmin_ = false;
+    }
+  }
+
+  /// Prepared; none for a model or mode set that the SQP is not compiled for.
   static std::unique_ptr<RelaxedSolver<Model>> certifier(const Problem<Model>& problem, const RelaxedGrid& grid) {
     auto sqp = make_relaxed_sqp<Model>();
     try {
-      sqp->prepare(problem, grid);
+      if (sqp) sqp->prepare(problem, grid);
     } catch (const std::invalid_argument&) {
       return nullptr;
     }
@@ -149,7 +160,8 @@ class Keeper {
   const InstanceSet& set_;
   const VariantInstances& variant_;
   const LedgerOptions& options_;
-  Problem<Model> problem_, horizontal_;
+  Problem<Model> problem_;                // without a motion, for shapes
+  std::vector<Problem<Model>> problems_;  // of each motion
   RelaxedGrid grid_;
   Plan<Model> warm_;
   RelaxedPlan<Model> relaxed_;
@@ -162,7 +174,23 @@ class Keeper {
                                    rounder(M::cia, RoundingMethod::integral_approximation, false),
                                    rounder(M::cia_improved, RoundingMethod::integral_approximation, true)};
   BonminSolver<Model> bonmin_;
+  bool with_bonmin_ = false;
 };
+
+/// The exhaustive search must come to an end, and knows modes alone.
+template <HybridModel Model>
+void check_size(const std::string& name, const Problem<Model>& problem) {
+  bool joint = false;
+  for (std::size_t i = 0; i < Model::continuous_size; ++i)
+    joint = joint || problem.bounds.continuous_lower[i] < problem.bounds.continuous_upper[i];
+  const auto modes = problem.modes.size();
+  const auto blocks = problem.horizon.blocks.size();
+  if (joint || std::pow(modes, blocks) > most_sequences)
+    throw ConfigError(
+        fmt::format("ledger: variant '{}' has {} modes in {} blocks{} (allowed: at most {:.0f} sequences "
+                    "and no joint plan, for the exhaustive search)",
+                    name, modes, blocks, joint ? ", joint" : "", most_sequences));
+}
 
 }  // namespace
 
@@ -177,15 +205,12 @@ std::vector<LedgerOfVariant> keep_ledger(const InstanceSet& set, const LedgerOpt
   std::vector<LedgerOfVariant> ledger;
   for (const VariantInstances& variant : set.variants) {
     if (options.stop && options.stop()) break;
-    const auto modes = valve_modes(variant.config.valves, variant.config.nominal).size();
-    const auto blocks = std::max<std::size_t>(1, variant.config.horizon.blocks.size());
-    if (variant.config.motor == "joint" || std::pow(modes, blocks) > most_sequences)
-      throw ConfigError(
-          fmt::format("ledger: variant '{}' has {} modes in {} blocks{} (allowed: at most {:.0f} sequences "
-                      "and no joint motor, for the exhaustive search)",
-                      variant.name, modes, blocks, variant.config.motor == "joint" ? ", joint" : "", most_sequences));
-    ledger.push_back(variant.config.predicts_motor() ? Keeper<PrestabilisedActuator>(set, variant, options).run()
-                                                     : Keeper<PneumaticActuator>(set, variant, options).run());
+    ledger.push_back(std::visit(
+        [&]<HybridModel M>(const Problem<M>& problem) {
+          check_size(variant.name, problem);
+          return Keeper<M>(set, variant, options).run();
+        },
+        system_of(variant.config).problem(variant.config)));
   }
   return ledger;
 }

@@ -38,7 +38,7 @@ Summary summarise(const LedgerOfVariant& ledger, LedgerMethod method) {
 }
 
 Table methods(const LedgerOfVariant& ledger) {
-  Table table{.title = fmt::format("{} (blocks of {} ms)", ledger.name, ledger.blocks),
+  Table table{.title = fmt::format("{} (blocks of {} steps)", ledger.name, ledger.blocks),
               .columns = {Column("name", "method", "<"), Column("states", "states"), Column("", "at optimum %", ".3g%"),
                           Column("at_optimum"), Column("infeasible"), Column("gap_p50", "gap % p50", ".3g%"),
                           Column("gap_p90", "p90", ".3g%"), Column("gap_max", "max", ".3g%"),

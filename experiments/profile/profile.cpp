@@ -172,6 +172,7 @@ Profile profile_instances(const InstanceSet& set, const ProfileOptions& options)
   Profile profile;
   profile.core = pinned.core();
   profile.limit_ms = options.limit_ms;
+  if (!set.variants.empty()) profile.period_ms = 1e3 * set.variants.front().config.timing.period_s();
   profile.interrupted = !measure(courses, options);
   HardwareCounters counters;
   profile.counters_missing = counters.reason();

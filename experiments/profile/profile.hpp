@@ -28,7 +28,7 @@ struct VariantProfile {
   Percentiles one_pass_us;      ///< of the last pass alone: with what the machine adds
   int misses = 0, limit_misses = 0;
   bool has_phases = false;
-  double estimate_us = 0, prepare_us = 0;      ///< medians, a 5 ms cycle
+  double estimate_us = 0, prepare_us = 0;      ///< medians, a control period
   std::array<double, phase_count> phase_us{};  ///< means over instances
   double other_us = 0;                         ///< in no phase
   Percentiles nodes;
@@ -42,6 +42,7 @@ struct VariantProfile {
 struct Profile {
   std::vector<VariantProfile> variants;
   int core = -1;
+  double period_ms = 0;  ///< of control, of the first variant
   double limit_ms = 0;
   std::string counters_missing;  ///< why there are no hardware counters; empty if there are
   bool interrupted = false;

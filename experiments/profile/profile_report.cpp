@@ -27,8 +27,9 @@ Table times(const ProfileResult& result) {
                            result.source, profile.core),
       .columns = {Column("name", "variant", "<"), Column("instances", "instances"), Column("p50_us", "p50 us"),
                   Column("p90_us", "p90"), Column("p99_us", "p99"), Column("p999_us", "p99.9"), Column("max_us", "max"),
-                  Column("misses", "> 5 ms"), Column("limit_misses", fmt::format("> {:g} ms", profile.limit_ms)),
-                  Column("", "nodes p50"), Column("", "max"), Column("", "proven %", ".1f%"), Column("", "as recorded"),
+                  Column("misses", fmt::format("> {:g} ms", profile.period_ms)),
+                  Column("limit_misses", fmt::format("> {:g} ms", profile.limit_ms)), Column("", "nodes p50"),
+                  Column("", "max"), Column("", "proven %", ".1f%"), Column("", "as recorded"),
                   Column("", "one pass p99.9"), Column("passes", "passes"), Column("one_pass_p50_us"),
                   Column("one_pass_p999_us"), Column("one_pass_max_us")}};
   for (const VariantProfile& p : profile.variants)
@@ -58,7 +59,7 @@ Table phases(const Profile& profile, bool instances) {
   Table table{
       .name = "variants",
       .title =
-          "Where a 5 ms cycle goes: estimate and prepare are medians, the parts of the solve means over "
+          "Where a control period goes: estimate and prepare are medians, the parts of the solve means over "
           "instances",
       .columns = {Column("", "variant", "<"), Column("estimate_us", "estimate us"), Column("prepare_us", "prepare")}};
   for (const char* phase : phase_names)
@@ -121,14 +122,15 @@ Table counters_table(const Profile& profile) {
   return table;
 }
 
-Table quality_table(const std::vector<QualityPoint>& points) {
-  Table table{.name = "quality",
-              .title = "Closed loops with every solve cut at a budget",
-              .columns = {Column("variant", "variant", "<"), Column("budget_ms", "budget ms", "g"),
-                          Column("rmse_mm", "RMSE mm"), Column("proven_optimal_fraction", "proven %", ".1f%"),
-                          Column("late_fraction", "late %", ".2f%"), Column("unstable", "unstable")}};
-  for (const QualityPoint& q : points)
-    table.add({q.variant, q.budget_ms, q.rmse_mm, q.proven_fraction, q.late_fraction, q.unstable});
+Table quality_table(const ProfileResult& result) {
+  Table table{
+      .name = "quality",
+      .title = "Closed loops with every solve cut at a budget",
+      .columns = {Column("variant", "variant", "<"), Column("budget_ms", "budget ms", "g"),
+                  Column(result.judged, result.judged_heading), Column("proven_optimal_fraction", "proven %", ".1f%"),
+                  Column("late_fraction", "late %", ".2f%"), Column("unstable", "unstable")}};
+  for (const QualityPoint& q : result.quality)
+    table.add({q.variant, q.budget_ms, q.error, q.proven_fraction, q.late_fraction, q.unstable});
   return table;
 }
 
@@ -166,8 +168,8 @@ Result result_of(const ProfileResult& found, bool instances) {
                 .tables = {times(found), phases(profile, instances), histogram(profile), counters_table(profile)}};
   if (!profile.counters_missing.empty()) result.facts["counters_missing"] = profile.counters_missing;
   if (!found.quality.empty()) {
-    result.tables.push_back(quality_table(found.quality));
-    result.plot = quality_plot(found.quality);
+    result.tables.push_back(quality_table(found));
+    result.plot = quality_plot(found.quality, found.judged_heading);
   }
   if (!found.change) return result;
   result.tables.push_back(change_table(*found.change, found.threshold));

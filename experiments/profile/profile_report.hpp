@@ -16,6 +16,7 @@ struct ProfileResult {
   Profile profile;
   std::string source;  ///< of the instances, for a person
   std::vector<QualityPoint> quality;
+  std::string judged = "error", judged_heading = "error";  ///< what the quality is of: a metric's key and heading
   std::optional<ProfileChange> change;
   double threshold = 1.2;
 };

@@ -15,15 +15,15 @@ constexpr double late_us = 50.0;
 
 /// Sums over a variant's runs at one budget.
 struct Sums {
-  double log_rmse = 0, proven = 0;
+  double log_error = 0, proven = 0;
   int runs = 0, unstable = 0;
   std::int64_t solves = 0, late = 0;
 
-  void add(const RunResult& run, double budget_ms) {
+  void add(const RunResult& run, const std::string& judged, double budget_ms) {
     proven += run.metrics.proven_optimal_fraction;
     ++runs;
     unstable += !run.metrics.finite;
-    if (run.metrics.finite) log_rmse += std::log(std::max(run.metrics["rmse_mm"], 1e-9));
+    if (run.metrics.finite) log_error += std::log(std::max(run.metrics[judged], 1e-9));
     for (const TickRecord& t : run.ticks) {
       solves += t.decision.solved;
       late += t.decision.solved && t.decision.report.time_us > 1e3 * budget_ms + late_us;
@@ -33,7 +33,7 @@ struct Sums {
     const int finite = runs - unstable;
     return {variant,
             budget_ms,
-            finite > 0 ? std::exp(log_rmse / finite) : 0.0,
+            finite > 0 ? std::exp(log_error / finite) : 0.0,
             proven / std::max(runs, 1),
             static_cast<double>(late) / static_cast<double>(std::max<std::int64_t>(solves, 1)),
             unstable};
@@ -53,20 +53,20 @@ std::vector<QualityPoint> quality_against_time(const Campaign& campaign, const s
       for (const ScenarioConfig& scenario : campaign.scenarios)
         for (const std::uint64_t seed : campaign.seeds) {
           if (interrupted()) return points;
-          sums.add(simulate(variant, scenario, seed), budget_ms);
+          sums.add(simulate(variant, scenario, seed), campaign.system->description().judged.metric, budget_ms);
         }
       points.push_back(sums.point(variant.name, budget_ms));
     }
   return points;
 }
 
-Plot quality_plot(const std::vector<QualityPoint>& points) {
+Plot quality_plot(const std::vector<QualityPoint>& points, const std::string& error_heading) {
   Plot plot{.width = 1000,
             .height = 720,
             .title = "quality against time: closed loops with every solve cut at a budget",
             .layout = "2,1",
             .settings = "set logscale x\nset lmargin 11\nset rmargin 24\nset key outside right top\n",
-            .panels = {{"set ylabel 'RMSE [mm], geometric mean'\nset logscale y\n", "", {}},
+            .panels = {{fmt::format("set ylabel '{}, geometric mean'\nset logscale y\n", error_heading), "", {}},
                        {"set xlabel 'budget of a solve [ms]'\nset ylabel 'proven optimal [%]'\nunset logscale y\n"
                         "set yrange [0:105]\n",
                         "",
@@ -83,7 +83,7 @@ Plot quality_plot(const std::vector<QualityPoint>& points) {
       if (i > 0) data += "\n\n";
       variants.push_back(q.variant);
     }
-    data += fmt::format("{} {} {}\n", q.budget_ms, q.rmse_mm > 0 ? fmt::format("{}", q.rmse_mm) : "NaN",
+    data += fmt::format("{} {} {}\n", q.budget_ms, q.error > 0 ? fmt::format("{}", q.error) : "NaN",
                         100 * q.proven_fraction);
   }
   for (Plot::Panel& panel : plot.panels) panel.data = data;

@@ -2,7 +2,6 @@
 
 #include "controllers/instances/recording_solver.hpp"
 #include "core/config/reader.hpp"
-#include "core/systems/actuator/signals.hpp"
 #include "experiments/campaign/library.hpp"
 #include "experiments/campaign/simulate.hpp"
 #include "experiments/rig/replay_run.hpp"
@@ -29,143 +28,148 @@ std::string variant_toml(const Campaign& campaign, const std::string& name) {
   return toml_text(table);
 }
 
-/// Rows of a task's motion, enough for any problem of these sizes.
-RecordedMotion motion_of(const ScenarioConfig& scenario, const Timing& timing, int horizon_steps) {
-  RecordedMotion s{scenario.name, scenario.plane, {}};
-  const auto ticks = timing.ticks_in(scenario.duration_s);
-  const auto rows = static_cast<std::uint32_t>(ticks + horizon_steps + timing.ticks_per_period + 1);
+/// Rows of a task's motion, to `beyond` steps after its end: enough for any problem.
+RecordedMotion motion_of(const ScenarioConfig& scenario, double tick_s, int beyond) {
+  const std::vector<OutputSource>& outputs = system_of(scenario).description().outputs;
+  RecordedMotion s{scenario.name, scenario.setting, outputs.size(), {}};
+  const auto rows = static_cast<std::uint32_t>(std::llround(scenario.duration_s / tick_s) + beyond);
   for (std::uint32_t k = 0; k < rows; ++k) {
-    const MotionSample r = scenario.trajectory.at(k * timing.tick_s).axis[0];
-    s.rows.push_back({r.value, r.rate});
+    const ReferenceSample r = scenario.trajectory.at(k * tick_s);
+    for (const OutputSource& o : outputs) {
+      const MotionSample& axis = r.axis[o.axis];
+      s.rows.push_back(o.derivative == 0 ? axis.value : o.derivative == 1 ? axis.rate : axis.acceleration);
+    }
   }
   return s;
 }
 
+using Offset = std::array<double, max_states>;
+
 template <class Row>
-bool is_window(const std::vector<Row>& rows, const RecordedMotion& s, std::uint32_t start, double offset_m) {
-  if (start + rows.size() > s.rows.size()) return false;
+bool is_window(const std::vector<Row>& rows, const RecordedMotion& s, std::uint32_t start, const Offset& offset) {
+  if (start + rows.size() > s.size()) return false;
   for (std::size_t j = 0; j < rows.size(); ++j) {
-    const auto& motion = s.rows[start + j];
-    if (!(std::abs(rows[j][0] - (motion[0] + offset_m)) <= window_tolerance)) return false;
-    if (!(std::abs(rows[j][1] - motion[1]) <= window_tolerance)) return false;
+    const auto motion = s.row(start + j);
+    for (std::size_t i = 0; i < rows[j].size(); ++i)
+      if (!(std::abs(rows[j][i] - (motion[i] + offset[i])) <= window_tolerance)) return false;
   }
   return true;
 }
 
-/// Sets start and offset of the window that the posed rows are, or keeps the rows.
-template <HybridModel Model>
-void keep_reference(const PosedInstance<Model>& posed, const RecordedMotion& s, std::uint32_t ticks_per_period,
-                    InstanceRecord& r) {
-  const auto tick = static_cast<std::uint32_t>(posed.solve) * ticks_per_period;
-  for (std::uint32_t start = tick + 1; start <= tick + 1 + ticks_per_period && start < s.rows.size(); ++start) {
-    const double shift = posed.reference[0][0] - s.rows[start][0];
-    const double offset_m = std::abs(shift) <= window_tolerance ? 0.0 : shift;
-    if (!is_window(posed.reference, s, start, offset_m) || !is_window(posed.setpoint, s, start - 1, 0.0)) continue;
-    r.start = start;
-    r.offset_m = offset_m;
-    return;
-  }
-  r.reference = posed.reference;
-  r.setpoint = posed.setpoint;
-}
-
-std::vector<double> forces(const std::vector<Vector<double, 1>>& continuous) {
+template <class Row>
+std::vector<double> in_a_row(const std::vector<Row>& rows) {
   std::vector<double> all;
-  for (const auto& u : continuous) all.push_back(u[0]);
+  for (const Row& row : rows) all.insert(all.end(), row.begin(), row.end());
   return all;
 }
 
+/// Sets start and offset of the window that the posed rows are, or keeps the rows. `outputs`: only values, not their
+/// rates, have an offset.
+template <HybridModel Model>
+void keep_reference(const PosedInstance<Model>& posed, const RecordedMotion& s,
+                    const std::vector<OutputSource>& outputs, std::uint32_t ticks_per_period, InstanceRecord& r) {
+  const auto tick = static_cast<std::uint32_t>(posed.solve) * ticks_per_period;
+  for (std::uint32_t start = tick + 1; start <= tick + 1 + ticks_per_period && start < s.size(); ++start) {
+    Offset offset{};
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+      const double shift = posed.reference[0][i] - s.row(start)[i];
+      if (outputs[i].derivative == 0 && std::abs(shift) > window_tolerance) offset[i] = shift;
+    }
+    if (!is_window(posed.reference, s, start, offset) || !is_window(posed.setpoint, s, start - 1, {})) continue;
+    r.start = start;
+    r.offset = offset;
+    return;
+  }
+  r.reference = in_a_row(posed.reference);
+  r.setpoint = in_a_row(posed.setpoint);
+}
+
 /// Keeps what a closed loop asks of its solver, whichever model that is over.
+template <HybridModel M>
+using Posed = std::vector<PosedInstance<M>>;
 struct Recorder {
   std::size_t capacity;
   std::int64_t every;
-  std::vector<PosedInstance<PneumaticActuator>> pneumatic{};
-  std::vector<PosedInstance<PrestabilisedActuator>> prestabilised{};
+  AllModels::AnyOf<Posed> posed{};
 
   SolverDecorator decorate() {
     return decorator([this]<HybridModel M>(SolverPtr<M> solver) -> SolverPtr<M> {
-      std::vector<PosedInstance<M>>* into = nullptr;
-      if constexpr (HasFeedback<M>)
-        into = &prestabilised;
-      else
-        into = &pneumatic;
-      return std::make_unique<RecordingSolver<M>>(std::move(solver), *into, capacity, every);
+      return std::make_unique<RecordingSolver<M>>(std::move(solver), posed.template emplace<Posed<M>>(), capacity,
+                                                  every);
     });
   }
 };
 
-/// What the prediction took from the estimator in each solve of a run; every record of a variant that uses it says so,
-/// the nominal load under ideal sensing too, since a problem keeps the load of the instance before.
-using Loads = std::vector<std::optional<InstanceRecord::Load>>;
-
-Loads loads_of(std::span<const TickRecord> ticks, const VariantConfig& variant) {
-  const UseEstimate& use = variant.use_estimate;
-  Loads loads;
-  for (const TickRecord& t : ticks) {
-    if (!t.decision.solved) continue;
-    loads.emplace_back();
-    if (!use.payload && !use.disturbance) continue;
-    const bool estimated = !t.sensors.ideal;
-    loads.back() = {
-        estimated && use.payload ? t.decision.detail.belief[payload_belief] : variant.nominal.payload_mass_kg,
-        estimated && use.disturbance ? t.decision.detail.belief[disturbance_belief] : 0.0};
+/// Whether an estimator changed what the model believes of its load in any solve: every record then says so, since a
+/// problem keeps the load of the instance before.
+template <HybridModel Model>
+bool loaded(const Posed<Model>& posed, const Model& nominal) {
+  if constexpr (HasLoad<Model>) {
+    const auto usual = nominal.load();
+    return std::ranges::any_of(posed, [&](const auto& p) { return !std::ranges::equal(p.load, usual); });
+  } else {
+    return false;
   }
-  return loads;
 }
 
 /// Turns what a run posed into records and solves each once for its plan; instances without a plan are left out.
 template <HybridModel Model>
-void keep(const std::vector<PosedInstance<Model>>& posed, const Loads& loads, std::uint32_t motion,
-          const InstanceSet& set, VariantInstances& variant) {
-  Problem<Model> problem = make_problem<Model>(variant.config, set.motions[motion].plane);
+void keep(const Posed<Model>& posed, std::uint32_t motion, const InstanceSet& set, VariantInstances& variant) {
+  Problem<Model> problem = make_problem<Model>(told(variant.config, set.motions[motion]));
+  const bool with_load = loaded(posed, problem.model);
   const auto solver = make_solver<Model>(variant.config);
   solver->prepare(problem);
   Plan<Model> plan(problem);
   for (const PosedInstance<Model>& p : posed) {
-    if ((p.solve == 0 && &p != &posed.front()) || p.solve >= std::ssize(loads)) break;  // the run posed no more
+    if (p.solve == 0 && &p != &posed.front()) break;  // the run posed no more
     InstanceRecord r;
     r.motion = motion;
-    r.initial = p.initial;
-    r.load = loads[static_cast<std::size_t>(p.solve)];
+    r.initial = padded<max_states>(p.initial);
+    if (with_load) r.load = p.load;
     r.lines = p.lines;
     r.warm_modes = p.warm_start.modes;
-    r.warm_continuous = forces(p.warm_start.continuous);
+    r.warm_continuous = inputs_of(p.warm_start);
     if (p.warm_start.relaxation.known) {
       r.warm_weights = p.warm_start.relaxation.weights;
       r.warm_owed = p.warm_start.relaxation.owed.front();
     }
-    keep_reference(p, set.motions[motion], static_cast<std::uint32_t>(variant.config.timing.ticks_per_period), r);
+    keep_reference(p, set.motions[motion], system_of(variant.config).description().outputs,
+                   static_cast<std::uint32_t>(variant.config.timing.ticks_per_period), r);
     pose(set, r, problem, plan);
     const SolveReport report = solver->solve(problem, plan, Deadline::never());
     if (!usable(report.status)) continue;
     r.plan_modes = plan.modes;
-    r.plan_continuous = forces(plan.continuous);
+    r.plan_continuous = inputs_of(plan);
     r.plan_cost = report.cost;
     r.plan_status = report.status;
     variant.records.push_back(std::move(r));
   }
 }
 
-/// The variant as it runs in a scenario, and the sampling that the set's motions have; they are in ticks, so every
-/// variant must have it.
+/// The variant as it runs in a scenario. The set's motions are in ticks, so every variant must have the same.
 VariantConfig timed_alike(const Campaign& campaign, const VariantConfig& v, const ScenarioConfig& s) {
   const VariantConfig first = timed(campaign.variants.front(), campaign.scenarios.front().timing, s.name);
   VariantConfig own = timed(v, s.timing, s.name);
-  if (own.timing != first.timing)
+  if (own.timing.tick_s != first.timing.tick_s)
     throw ConfigError(
-        fmt::format("variant '{}' in scenario '{}' has another sampling than '{}' (allowed: instances of one "
-                    "tick and one period)",
-                    v.name, s.name, first.name));
+        fmt::format("variant '{}' in scenario '{}' has ticks of {:g} ms, '{}' of {:g} ms (allowed: "
+                    "instances of one tick)",
+                    v.name, s.name, 1e3 * own.timing.tick_s, first.name, 1e3 * first.timing.tick_s));
   return own;
 }
 
 /// An empty set with the motions of a campaign.
 InstanceSet with_motions(const Campaign& campaign) {
   InstanceSet set;
-  int steps = 0;
-  for (const VariantConfig& v : campaign.variants) steps = std::max(steps, v.horizon.steps);
-  for (const ScenarioConfig& s : campaign.scenarios)
-    set.motions.push_back(motion_of(s, timed_alike(campaign, campaign.variants.front(), s).timing, steps));
+  for (const ScenarioConfig& s : campaign.scenarios) {
+    int steps = 0, period = 0;
+    for (const VariantConfig& v : campaign.variants) {
+      steps = std::max(steps, v.horizon.steps);
+      period = std::max(period, timed_alike(campaign, v, s).timing.ticks_per_period);
+    }
+    const double tick_s = timed_alike(campaign, campaign.variants.front(), s).timing.tick_s;
+    set.motions.push_back(motion_of(s, tick_s, steps + period + 1));
+  }
   return set;
 }
 
@@ -176,17 +180,15 @@ VariantInstances& add_variant(const Campaign& campaign, VariantConfig v, Instanc
   return set.variants.emplace_back(VariantInstances{v.name, variant_toml(campaign, v.name), v, {}});
 }
 
-/// `run(decorate)` is one closed loop of `duration_s` and returns its ticks: keeps about `count` of its problems.
+/// `run(decorate)` is one closed loop of `duration_s`: keeps about `count` of its problems.
 template <class Run>
 void keep_run(double duration_s, std::size_t count, std::uint32_t motion, const InstanceSet& set,
               VariantInstances& variant, Run run) {
   const auto periods = static_cast<std::size_t>(std::ceil(duration_s / variant.config.timing.period_s() - 1e-9));
   const std::size_t every = std::max<std::size_t>(1, periods / count);
   Recorder recorder{std::min(count, (periods + every - 1) / every), static_cast<std::int64_t>(every)};
-  const std::vector<TickRecord> ticks = run(recorder.decorate());
-  const Loads loads = loads_of(ticks, variant.config);
-  keep(recorder.pneumatic, loads, motion, set, variant);
-  keep(recorder.prestabilised, loads, motion, set, variant);
+  run(recorder.decorate());
+  std::visit([&](const auto& posed) { keep(posed, motion, set, variant); }, recorder.posed);
 }
 
 }  // namespace
@@ -199,9 +201,8 @@ InstanceSet record_instances(const Campaign& campaign, std::size_t per_variant) 
     VariantInstances& variant = add_variant(campaign, v, set);
     for (std::size_t s = 0; s < campaign.scenarios.size(); ++s)
       for (const std::uint64_t seed : campaign.seeds)
-        keep_run(
-            campaign.scenarios[s].duration_s, per_run, static_cast<std::uint32_t>(s), set, variant,
-            [&](const SolverDecorator& r) { return simulate(variant.config, campaign.scenarios[s], seed, r).ticks; });
+        keep_run(campaign.scenarios[s].duration_s, per_run, static_cast<std::uint32_t>(s), set, variant,
+                 [&](const SolverDecorator& r) { simulate(variant.config, campaign.scenarios[s], seed, r); });
   }
   return set;
 }
@@ -214,7 +215,7 @@ InstanceSet record_instances(const RecordedRun& run, const std::vector<std::stri
   for (const VariantConfig& v : campaign.variants) {
     VariantInstances& variant = add_variant(campaign, v, set);
     keep_run(static_cast<double>(run.ticks.size()) * task.variant.timing.tick_s, per_variant, 0, set, variant,
-             [&](const SolverDecorator& r) { return replay_other(run, task, variant.config, r).decided; });
+             [&](const SolverDecorator& r) { replay_other(run, task, variant.config, r); });
   }
   return set;
 }

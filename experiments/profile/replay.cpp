@@ -1,7 +1,6 @@
 #include "experiments/profile/replay.hpp"
 
 #include "core/config/reader.hpp"
-#include "core/systems/actuator/signals.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -38,6 +37,15 @@ class Stopwatch {
   Clock::time_point begin_;
 };
 
+/// A variant's problem as each motion of the set has it.
+template <HybridModel Model>
+std::vector<Problem<Model>> problems_of(const InstanceSet& set, const VariantConfig& variant) {
+  std::vector<Problem<Model>> problems;
+  for (const RecordedMotion& motion : set.motions) problems.push_back(make_problem<Model>(told(variant, motion)));
+  if (problems.empty()) problems.push_back(make_problem<Model>(variant));
+  return problems;
+}
+
 template <HybridModel Model>
 class ReplayOf final : public Replay {
  public:
@@ -45,8 +53,7 @@ class ReplayOf final : public Replay {
       : set_(set),
         records_(variant.records),
         us_per_tick_(us_per_tick),
-        problems_{make_problem<Model>(variant.config, Plane::vertical),
-                  make_problem<Model>(variant.config, Plane::horizontal)},
+        problems_(problems_of<Model>(set, variant.config)),
         plan_(problems_[0]),
         solver_(make_solver<Model>(variant.config)),
         nodes_(records_.size()) {
@@ -60,7 +67,7 @@ class ReplayOf final : public Replay {
     same_ = proven_ = 0;
     for (std::size_t i = 0; i < records_.size(); ++i) {
       const InstanceRecord& record = records_[i];
-      Problem<Model>& problem = problems_[set_.motions[record.motion].plane == Plane::vertical ? 0 : 1];
+      Problem<Model>& problem = problems_[record.motion];
       pose(set_, record, problem, plan_);
       phases_ = {};
       const Stopwatch watch;
@@ -84,7 +91,7 @@ class ReplayOf final : public Replay {
   const InstanceSet& set_;
   std::span<const InstanceRecord> records_;
   double us_per_tick_;
-  std::array<Problem<Model>, 2> problems_;  // vertical, horizontal
+  std::vector<Problem<Model>> problems_;  // of each motion
   Plan<Model> plan_;
   std::unique_ptr<Solver<Model>> solver_;
   bool timed_ = false;
@@ -111,23 +118,41 @@ double median(std::vector<double>& sample) {
   return *middle;
 }
 
-Trajectory motion_of(const RecordedMotion& s, double tick_s) {
-  std::vector<double> times, positions;
-  for (std::size_t k = 0; k < s.rows.size(); ++k) {
-    times.push_back(static_cast<double>(k) * tick_s);
-    positions.push_back(s.rows[k][0]);
+/// What the channels show of a state: the states of their names.
+ChannelValues measured_at(const StateValues& state, const SystemDescription& system) {
+  ChannelValues values{};
+  for (std::size_t c = 0; c < system.channels.size(); ++c)
+    for (std::size_t i = 0; i < system.states.size(); ++i)
+      if (system.states[i].name == system.channels[c].name) values[c] = state[i];
+  return values;
+}
+
+/// A recorded motion of each axis, from the outputs that are its value.
+Motion motion_of(const RecordedMotion& s, const SystemDescription& system, double tick_s) {
+  std::vector<Trajectory> axes;
+  for (std::size_t a = 0; a < system.axes.size(); ++a) {
+    std::vector<double> times, values;
+    for (std::size_t i = 0; i < system.outputs.size(); ++i)
+      if (system.outputs[i].axis == a && system.outputs[i].derivative == 0)
+        for (std::size_t k = 0; k < s.size(); ++k) {
+          times.push_back(static_cast<double>(k) * tick_s);
+          values.push_back(s.row(k)[i]);
+        }
+    axes.emplace_back(values.empty() ? 0.0 : values.front());
+    if (!values.empty()) axes.back().through(std::move(times), std::move(values));
   }
-  Trajectory motion(s.rows.front()[0]);
-  return motion.through(std::move(times), std::move(positions));
+  return Motion(std::move(axes));
 }
 
 }  // namespace
 
 std::unique_ptr<Replay> make_replay(const InstanceSet& set, const VariantInstances& variant, double us_per_phase_tick,
                                     const SolverDecorator& decorate) {
-  if (variant.config.predicts_motor())
-    return std::make_unique<ReplayOf<PrestabilisedActuator>>(set, variant, us_per_phase_tick, decorate);
-  return std::make_unique<ReplayOf<PneumaticActuator>>(set, variant, us_per_phase_tick, decorate);
+  return std::visit(
+      [&]<HybridModel M>(const Problem<M>&) -> std::unique_ptr<Replay> {
+        return std::make_unique<ReplayOf<M>>(set, variant, us_per_phase_tick, decorate);
+      },
+      system_of(variant.config).problem(variant.config));
 }
 
 double measured_us_per_phase_tick() {
@@ -146,17 +171,23 @@ ControllerCost controller_cost(const InstanceSet& set, const VariantInstances& v
   const InstanceRecord& record = variant.records.front();
   const SolverDecorator idle =
       decorator([]<HybridModel M>(SolverPtr<M>) -> SolverPtr<M> { return std::make_unique<IdleSolver<M>>(); });
-  const auto controller = make_controller(variant.config, motion_of(motion, timing.tick_s), motion.plane, idle);
+  const SystemDescription& system = system_of(variant.config).description();
+  const Motion desired = motion_of(motion, system, timing.tick_s);
+  const auto controller = make_controller(told(variant.config, motion), desired, idle);
   constexpr int periods = 400;
   const int ticks_per_period = timing.ticks_per_period;
   std::vector<double> quiet, posing;
-  Measurement sensors{.value = {0.0, record.initial[pressure_a], record.initial[pressure_b]}};
+  Measurement sensors;
+  sensors.truth = record.initial;
+  sensors.value = measured_at(record.initial, system);
   for (int k = 0; k < periods * ticks_per_period;) {
     const auto step = [&](int ticks) {
       const auto begin = Clock::now();
       for (int i = 0; i < ticks; ++i, ++k) {
         sensors.time_s = k * timing.tick_s;
-        sensors.value[position_channel] = motion.rows[static_cast<std::size_t>(k) % motion.rows.size()][0];
+        const ReferenceSample now =
+            desired.at(static_cast<double>(static_cast<std::size_t>(k) % motion.size()) * timing.tick_s);
+        for (std::size_t a = 0; a < system.axes.size(); ++a) sensors.value[system.axes[a].channel] = now.axis[a].value;
         controller->step(sensors);
       }
       return us_since(begin);

@@ -38,8 +38,8 @@ std::unique_ptr<Replay> make_replay(const InstanceSet& set, const VariantInstanc
 /// Length of a phase tick, measured against the monotonic clock for some milliseconds.
 double measured_us_per_phase_tick();
 
-/// What a 5 ms cycle of the variant's controller costs beside the solve, median over the first motion that has
-/// records: everything each tick does (estimator, offset, motor law), five times, and posing the problem, once.
+/// What a control period of the variant's controller costs beside the solve, median over the first motion that has
+/// records: everything each tick does (estimator, offset, motor law), ticks_per_period times, and posing the problem, once.
 struct ControllerCost {
   double estimate_us = 0.0, prepare_us = 0.0;
 };

@@ -1,7 +1,6 @@
 #include "experiments/report/campaign_figures.hpp"
 
 #include "core/config/reader.hpp"
-#include "core/systems/actuator/valves.hpp"
 #include "experiments/base/gnuplot.hpp"
 #include "experiments/report/pareto.hpp"
 
@@ -21,12 +20,8 @@ void draw_run(const Results& results, const StoredRun& run, const std::string& p
   if (!trace || trace->ticks.empty() || !variant || !scenario)
     throw ConfigError(
         fmt::format("{}: run {} has no curves to draw (allowed: a run with a trace or a log)", results.folder, run.id));
-  RunResult result;
-  result.ticks = ticks_of(*trace, valve_modes(variant->valves, variant->nominal));
-  result.metrics = run.record.metrics.value_or(Metrics{});
-  ScenarioConfig shown = *scenario;
-  shown.duration_s = result.ticks.back().sensors.time_s + trace->tick_s;
-  draw_figure(*variant, shown, run.record.seed, result, path, format);
+  draw_figure(*trace, figure_title(*variant, *scenario, run.record.seed, run.record.metrics.value_or(Metrics{})), path,
+              format);
 }
 
 /// Histograms by variant, in the campaign's order.
@@ -56,7 +51,9 @@ std::string bins_text(const SolveHistogram& histogram) {
 Plot solve_time_plot(const std::vector<std::pair<std::string, SolveHistogram>>& variants, double period_s) {
   const int count = static_cast<int>(variants.size()), columns = std::min(3, count),
             lines = (count + columns - 1) / columns;
-  int first = SolveHistogram::most, end = 40;
+  // The line of the period is always inside, with a little beyond it.
+  const double period_us = 1e6 * period_s, bin = SolveHistogram::per_decade * std::log10(period_us);
+  int first = static_cast<int>(std::floor(bin)), end = static_cast<int>(std::ceil(bin)) + 3;
   std::int64_t most = 10;
   for (const auto& [name, histogram] : variants) {
     first = std::min(first, histogram.first);
@@ -70,9 +67,9 @@ Plot solve_time_plot(const std::vector<std::pair<std::string, SolveHistogram>>& 
                 "set logscale xy\nset xrange [{0}:{1}]\nset yrange [0.7:{2}]\nset format x '%g'\n"
                 "set xlabel 'time of a solve [µs]'\nset ylabel 'solves'\nunset mxtics\nunset mytics\nunset key\n"
                 "set arrow 1 from {3},graph 0 to {3},graph 1 nohead lw 1.5 lc rgb '#d62728'\n"
-                "set label 1 '{4:g} ms' at {3},graph 0.95 left offset 0.4,0 tc rgb '#d62728'\n",
-                std::pow(10.0, std::floor(first / 10.0)), std::pow(10.0, end / 10.0), 2 * most, 1e6 * period_s,
-                1e3 * period_s)};
+                "set label 1 '{4}' at {3},graph 0.95 left offset 0.4,0 tc rgb '#d62728'\n",
+                std::pow(10.0, std::floor(first / 10.0)), std::pow(10.0, end / 10.0), 2 * most, period_us,
+                period_us < 1e3 ? fmt::format("{:g} µs", period_us) : fmt::format("{:g} ms", 1e-3 * period_us))};
   for (const auto& [name, histogram] : variants)
     plot.panels.push_back(
         {fmt::format("set title {}\n", gnuplot_quoted(name)),

@@ -7,9 +7,9 @@ namespace solenoid {
 
 /// Draws a figure of a results folder for a paper, with gnuplot:
 ///
-///   pareto       error against switches and against air (draw_pareto)
-///   solve_time   a histogram of solver times a variant, with the line of the 5 ms period
-///   a run's ID   the five plots of draw_figure, from the run as it was kept
+///   pareto       error against each effort (draw_pareto)
+///   solve_time   a histogram of solver times a variant, with the line of the control period
+///   a run's ID   the plots of draw_figure, from the run as it was kept
 ///
 /// Throws ConfigError for another name, a run without curves, or without gnuplot.
 void draw_report_figure(const Results& results, const std::string& figure, const std::string& path,

@@ -1,6 +1,7 @@
 #include "experiments/report/comparison.hpp"
 
 #include "experiments/campaign/ensemble.hpp"
+#include "experiments/report/headings.hpp"
 #include "experiments/report/ranking.hpp"
 
 #include <algorithm>
@@ -26,39 +27,97 @@ void mark_least(Table& table, std::size_t column) {
 
 constexpr std::size_t many = 20;  // scenarios from which on percentiles and intervals say something
 
+/// "worst mm": of the judged metric, in its unit.
+std::string judged_heading_of(const std::string& what, const SystemDescription& system) {
+  const std::string unit = metric_heading(judged_metric(system)).unit;
+  return unit.empty() ? what : what + " " + unit;
+}
+
 Table summary(const Ranking& ranking) {
+  const SystemDescription& system = *ranking.system;
+  const std::vector<MetricColumn> efforts = effort_metrics(system);
   const bool spread = ranking.common_scenarios >= many;
-  const auto only_then = [&](const char* heading) { return spread ? heading : ""; };
-  Table table{.columns = {Column("", "rank"), Column("", "variant", "<"), Column("", "RMSE mm"),
-                          Column("", only_then("+- %")), Column("", only_then("95 % mm")), Column("", "worst mm"),
-                          Column("", "switches/s"), Column("", "air g"), Column("", "solve p50 us"),
-                          Column("", "p99 us"), Column("", "failed")}};
+  const auto only_then = [&](const std::string& heading) { return spread ? heading : ""; };
+  Table table{.columns = {Column("", "rank"), Column("", "variant", "<"), Column("", judged_metric(system).heading),
+                          Column("", only_then("+- %")), Column("", only_then(judged_heading_of("95 %", system))),
+                          Column("", judged_heading_of("worst", system))}};
+  std::vector<std::size_t> marked = {2, 4, 5};
+  for (const MetricColumn& effort : efforts) {
+    if (effort.best_least) marked.push_back(table.columns.size());
+    table.columns.push_back(Column("", effort.heading));
+  }
+  for (const char* heading : {"solve p50 us", "p99 us"}) {
+    marked.push_back(table.columns.size());
+    table.columns.push_back(Column("", heading));
+  }
+  table.columns.push_back(Column("", "failed"));
   for (const RankedVariant& v : ranking.variants) {
     const auto number = [&](double value) { return v.ranked ? Json(value) : Json(); };
+    Table::Row row = {v.ranked ? Json(table.rows.size() + 1) : Json(),
+                      v.variant,
+                      number(v.error),
+                      number(100 * (v.margin - 1)),
+                      number(v.p95),
+                      number(v.worst)};
+    for (std::size_t i = 0; i < efforts.size(); ++i) row.push_back(v.ranked ? Json(v.efforts[i]) : Json());
+    row.push_back(number(v.solve_p50_us));
+    row.push_back(number(v.solve_p99_us));
     std::string troubles = fmt::format("{} of {}", v.failed, v.runs);
     if (v.unstable > 0) troubles += fmt::format(", {} unstable", v.unstable);
-    table.add({v.ranked ? Json(table.rows.size() + 1) : Json(), v.variant, number(v.rmse_mm),
-               number(100 * (v.rmse_margin - 1)), number(v.p95_rmse_mm), number(v.worst_rmse_mm),
-               number(v.switches_per_s), number(v.air_g), number(v.solve_p50_us), number(v.solve_p99_us), troubles});
+    row.push_back(troubles);
+    table.add(std::move(row));
   }
-  for (const std::size_t column : {2, 4, 5, 6, 7, 8, 9}) mark_least(table, column);
+  for (const std::size_t column : marked) mark_least(table, column);
   return table;
 }
 
+/// "sine: sine, mass factor 1.05": a scenario, its motion and its conditions.
+std::string scenario_title(const RunRecord& run, const SystemDescription& system) {
+  std::string title = fmt::format("{}: {}", run.scenario, run.trajectory);
+  for (std::size_t i = 0; i < std::min(run.conditions.size(), system.conditions.size()); ++i)
+    title +=
+        fmt::format(", {} {}", system.conditions[i].label, value_text(run.conditions[i], system.conditions[i].unit));
+  return title;
+}
+
 Table scenario_table(const std::vector<const RunRecord*>& runs) {
-  const RunRecord& first = *runs.front();
-  Table table{.title = fmt::format("{}: {}, payload {} kg", first.scenario, first.trajectory, first.payload_kg),
-              .columns = {Column("", "  variant", "<"), Column("", "seed"), Column("", "RMSE mm"), Column("", "MAE mm"),
-                          Column("", "measured RMSE"), Column("", "switches"), Column("", "air g"),
-                          Column("", "motor N"), Column("", "p99 us"), Column("", "status", "<")}};
-  for (const RunRecord* r : runs) {
-    const auto number = [&](const char* metric) { return r->metrics ? Json(r->metrics->number(metric)) : Json(); };
-    table.add({"  " + r->variant, r->seed, number("rmse_mm"), number("mae_mm"), number("rmse_measured_mm"),
-               number("coil_switches"), number("air_g"), number("motor_rms_n"),
-               r->metrics ? Json(r->metrics->solve_us.p99) : Json(), r->status});
+  const SystemDescription& system = description_of(*runs.front());
+  Table table{.title = scenario_title(*runs.front(), system),
+              .columns = {Column("", "  variant", "<"), Column("", "seed")}};
+  std::vector<std::string> keys;
+  std::vector<std::size_t> marked;
+  for (const MetricColumn& metric : system.metrics) {
+    if (!metric.detail || metric.heading.empty()) continue;
+    if (metric.best_least) marked.push_back(table.columns.size());
+    table.columns.push_back(Column("", metric.heading));
+    keys.push_back(metric.key);
   }
-  for (const std::size_t column : {2, 3, 4, 5, 6, 8}) mark_least(table, column);
+  marked.push_back(table.columns.size());
+  table.columns.push_back(Column("", "p99 us"));
+  table.columns.push_back(Column("", "status", "<"));
+  for (const RunRecord* r : runs) {
+    Table::Row row = {"  " + r->variant, r->seed};
+    for (const std::string& key : keys)
+      row.push_back(r->metrics && r->metrics->has(key) ? Json(r->metrics->number(key)) : Json());
+    row.push_back(r->metrics ? Json(r->metrics->solve_us.p99) : Json());
+    row.push_back(r->status);
+    table.add(std::move(row));
+  }
+  for (const std::size_t column : marked) mark_least(table, column);
   return table;
+}
+
+/// What the ranking's columns are.
+std::string ranking_note(const Ranking& ranking) {
+  std::string note =
+      fmt::format("* best. {}: geometric mean of the {} over {} of {} scenarios (those all ranked variants finished); ",
+                  metric_heading(judged_metric(*ranking.system)).label, ranking.system->judged.error,
+                  ranking.common_scenarios, ranking.scenarios);
+  std::vector<std::string> efforts;
+  for (const MetricColumn& effort : effort_metrics(*ranking.system)) efforts.push_back(metric_heading(effort).label);
+  if (!efforts.empty()) note += enumeration(efforts) + (efforts.size() > 1 ? ": means; " : ": mean; ");
+  note += "p50: median, p99: worst run.";
+  return ranking.common_scenarios < many ? note : note + " +-: 95 % confidence interval of the mean.";
 }
 
 /// The ranking over each ensemble of scenarios by itself.
@@ -83,21 +142,24 @@ std::vector<Table> ensembles(std::span<const RunRecord> records) {
 }  // namespace
 
 Result result_of(std::span<const RunRecord> records, bool details) {
-  const Ranking ranking = rank_variants(records);
-  Result result{.facts = {{"runs", Json::array()}}, .tables = {summary(ranking)}};
+  Result result{.facts = {{"runs", Json::array()}}};
   for (const RunRecord& record : records) result.facts["runs"].push_back(to_json(record));
-  for (Table& table : ensembles(records)) result.tables.push_back(std::move(table));
-  for (std::size_t i = 0; details && i < records.size();) {
-    std::vector<const RunRecord*> runs;
-    for (const std::string& scenario = records[i].scenario; i < records.size() && records[i].scenario == scenario; ++i)
-      runs.push_back(&records[i]);
-    result.tables.push_back(scenario_table(runs));
+  std::vector<std::vector<RunRecord>> systems = by_system(records);
+  if (systems.empty()) systems.emplace_back();  // headings at least
+  for (const std::vector<RunRecord>& own : systems) {
+    const Ranking ranking = rank_variants(own);
+    result.tables.push_back(summary(ranking));
+    if (systems.size() > 1) result.tables.back().title = ranking.system->name;
+    for (Table& table : ensembles(own)) result.tables.push_back(std::move(table));
+    for (std::size_t i = 0; details && i < own.size();) {
+      std::vector<const RunRecord*> runs;
+      for (const std::string& scenario = own[i].scenario; i < own.size() && own[i].scenario == scenario; ++i)
+        runs.push_back(&own[i]);
+      result.tables.push_back(scenario_table(runs));
+    }
+    const std::string note = ranking_note(ranking);
+    result.notes.push_back(systems.size() > 1 ? ranking.system->name + ": " + note : note);
   }
-  result.notes = {fmt::format(
-      "* best. RMSE: geometric mean of the true position error over {} of {} scenarios (those all ranked variants "
-      "finished); switches/s and air: means; p50: median, p99: worst run.{}",
-      ranking.common_scenarios, ranking.scenarios,
-      ranking.common_scenarios < many ? "" : " +-: 95 % confidence interval of the mean.")};
   return result;
 }
 

@@ -7,8 +7,8 @@
 
 namespace solenoid {
 
-/// A campaign's result: the ranked summary and, with `details`, every run below its scenario. JSON: `{"runs": [...]}`;
-/// CSV is to_csv's.
+/// A campaign's result: the ranked summary and, with `details`, every run below its scenario, each system by itself. What
+/// is in the columns is the system's description's. JSON: `{"runs": [...]}`; CSV is to_csv's.
 Result result_of(std::span<const RunRecord> records, bool details);
 
 }  // namespace solenoid

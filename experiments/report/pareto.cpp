@@ -1,7 +1,9 @@
 #include "experiments/report/pareto.hpp"
 
 #include "core/config/reader.hpp"
+#include "experiments/base/gnuplot.hpp"
 #include "experiments/base/plot.hpp"
+#include "experiments/report/headings.hpp"
 #include "experiments/report/ranking.hpp"
 
 #include <algorithm>
@@ -12,50 +14,46 @@
 namespace solenoid {
 namespace {
 
-struct Panel {
-  const char* label;
-  double RankedVariant::*effort;
-};
-constexpr Panel panels[] = {{"coil switches per second", &RankedVariant::switches_per_s},
-                            {"supply air, g a run", &RankedVariant::air_g}};
-
 /// Text as a column of a data file, where a string ends with the next double quote.
 std::string data_quoted(std::string text) {
   std::ranges::replace(text, '"', '\'');
   return '"' + text + '"';
 }
 
-/// Lines `effort rmse low high "name"`, and below them, apart, the front as a staircase.
-std::string data_of(std::vector<RankedVariant> variants, const Panel& panel) {
-  std::ranges::sort(variants, {}, panel.effort);
+/// Lines `effort error low high "name"`, and below them, apart, the front as a staircase.
+std::string points_of(std::vector<RankedVariant> variants, std::size_t effort) {
+  std::ranges::sort(variants, {}, [&](const RankedVariant& v) { return v.efforts[effort]; });
   std::string points, front;
   double best = std::numeric_limits<double>::infinity();
   for (const RankedVariant& v : variants) {
-    const double effort = v.*panel.effort;
-    points += fmt::format("{} {} {} {} {}\n", effort, v.rmse_mm, v.rmse_mm / v.rmse_margin, v.rmse_mm * v.rmse_margin,
+    points += fmt::format("{} {} {} {} {}\n", v.efforts[effort], v.error, v.error / v.margin, v.error * v.margin,
                           data_quoted(v.variant));
-    if (v.rmse_mm >= best) continue;
-    best = v.rmse_mm;
-    front += fmt::format("{} {}\n", effort, best);
+    if (v.error >= best) continue;
+    best = v.error;
+    front += fmt::format("{} {}\n", v.efforts[effort], best);
   }
   return points + "\n\n" + front;
 }
 
-Plot plot_of(std::span<const RunRecord> records) {
+Plot pareto_plot(std::span<const RunRecord> records) {
   Ranking ranking = rank_variants(records);
   std::erase_if(ranking.variants, [](const RankedVariant& v) { return !v.ranked; });
   if (ranking.variants.empty()) throw ConfigError("no variant finished a scenario, nothing to draw");
-  Plot plot{.width = 1280,
+  const std::vector<MetricColumn> efforts = effort_metrics(*ranking.system);
+  if (efforts.empty())
+    throw ConfigError(fmt::format("the system '{}' has no effort to draw errors against", ranking.system->name));
+  const MetricHeading judged = metric_heading(judged_metric(*ranking.system));
+  Plot plot{.width = 640 * static_cast<int>(efforts.size()),
             .height = 560,
-            .title = fmt::format("RMSE of the true position over {} scenarios: geometric mean and its 95 % interval",
-                                 ranking.common_scenarios),
-            .layout = "1,2",
-            .settings =
-                "set logscale y\nset xrange [0:*]\nset offsets graph 0, graph 0.25, 0, 0\n"
-                "set ylabel 'RMSE, mm'\nunset key\n"};
-  for (const Panel& panel : panels)
-    plot.panels.push_back({fmt::format("set xlabel '{}'\n", panel.label),
-                           data_of(ranking.variants, panel),
+            .title = fmt::format("{}, {}, over {} scenarios: geometric mean and its 95 % interval", judged.label,
+                                 ranking.system->judged.error, ranking.common_scenarios),
+            .layout = fmt::format("1,{}", efforts.size()),
+            .settings = fmt::format("set logscale y\nset xrange [0:*]\nset offsets graph 0, graph 0.25, 0, 0\n"
+                                    "set ylabel {}\nunset key\n",
+                                    gnuplot_quoted(judged.with_unit()))};
+  for (std::size_t i = 0; i < efforts.size(); ++i)
+    plot.panels.push_back({fmt::format("set xlabel {}\n", gnuplot_quoted(metric_heading(efforts[i]).with_unit())),
+                           points_of(ranking.variants, i),
                            {{"index 1 using 1:2 with fsteps lw 1 dt (4,3) lc rgb '#7f7f7f'"},
                             {"index 0 using 1:2:3:4 with yerrorbars pt 7 ps 0.8 lc rgb '#1f77b4'"},
                             {"index 0 using 1:2:5 with labels left offset 0.8,0.3"}}});
@@ -67,7 +65,7 @@ Plot plot_of(std::span<const RunRecord> records) {
 void draw_pareto(std::span<const RunRecord> records, const std::string& path) {
   const bool svg = path.ends_with(".svg");
   if (!svg && !path.ends_with(".png")) throw ConfigError(path + ": not a figure's name (allowed: *.svg or *.png)");
-  draw(plot_of(records), path, svg ? FigureFormat::svg : FigureFormat::png);
+  draw(pareto_plot(records), path, svg ? FigureFormat::svg : FigureFormat::png);
 }
 
 }  // namespace solenoid

@@ -7,9 +7,9 @@
 
 namespace solenoid {
 
-/// Draws each ranked variant as a point, RMSE against coil switches a second and RMSE against supply air, with the
-/// fronts no variant is better than in both. `path` ends in .svg or .png. Throws ConfigError for another ending or
-/// without gnuplot.
+/// Draws each ranked variant as a point, its error against each of the system's efforts, a panel each, with the fronts
+/// no variant is better than in both. `path` ends in .svg or .png. Throws ConfigError for another ending, without gnuplot,
+/// and where there is nothing to draw.
 void draw_pareto(std::span<const RunRecord> records, const std::string& path);
 
 }  // namespace solenoid

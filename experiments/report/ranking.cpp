@@ -1,7 +1,10 @@
 #include "experiments/report/ranking.hpp"
 
+#include "experiments/report/headings.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <set>
 
@@ -48,33 +51,64 @@ Names choose(std::map<std::string, Names>& finished) {
 }
 
 /// Geometric mean with its interval, 95th percentile and worst.
-void summarise_errors(const std::vector<double>& rmse, RankedVariant& v) {
-  const auto n = static_cast<double>(rmse.size());
-  const GeometricMean mean = geometric_mean(rmse);
-  v.rmse_mm = mean.value;
-  v.rmse_margin = mean.margin;
-  std::vector<double> sorted = rmse;
+void summarise_errors(const std::vector<double>& errors, RankedVariant& v) {
+  const auto n = static_cast<double>(errors.size());
+  const GeometricMean mean = geometric_mean(errors);
+  v.error = mean.value;
+  v.margin = mean.margin;
+  std::vector<double> sorted = errors;
   std::ranges::sort(sorted);
-  v.p95_rmse_mm = sorted[static_cast<std::size_t>(std::ceil(0.95 * n)) - 1];
-  v.worst_rmse_mm = sorted.back();
+  v.p95 = sorted[static_cast<std::size_t>(std::ceil(0.95 * n)) - 1];
+  v.worst = sorted.back();
 }
 
-void summarise(std::span<const RunRecord> records, const Names& common, RankedVariant& v) {
-  std::vector<double> rmse, medians;
+void summarise(std::span<const RunRecord> records, const SystemDescription& system, const Names& common,
+               RankedVariant& v) {
+  const std::vector<MetricColumn> efforts = effort_metrics(system);
+  v.efforts.assign(efforts.size(), 0.0);
+  std::vector<double> errors, medians;
   for (const RunRecord& r : records) {
     if (r.variant != v.variant || !r.metrics || !common.contains(r.scenario)) continue;
     const Metrics& m = *r.metrics;
-    rmse.push_back(std::max(m["rmse_mm"], 1e-12));
-    v.switches_per_s += m["switches_per_s"];
-    v.air_g += m["air_g"];
+    errors.push_back(std::max(m.number(judged_metric(system).key), 1e-12));
+    for (std::size_t i = 0; i < efforts.size(); ++i) v.efforts[i] += m.number(efforts[i].key);
     v.solve_p99_us = std::max(v.solve_p99_us, m.solve_us.p99);
     medians.push_back(m.solve_us.p50);
   }
-  const auto n = static_cast<double>(rmse.size());
-  summarise_errors(rmse, v);
-  v.switches_per_s /= n;
-  v.air_g /= n;
+  summarise_errors(errors, v);
+  for (double& effort : v.efforts) effort /= static_cast<double>(errors.size());
   v.solve_p50_us = percentiles(medians).p50;
+}
+
+/// Ranks records that are all of one system.
+Ranking rank_of_system(std::span<const RunRecord> records, const SystemDescription& system) {
+  std::map<std::string, Names> finished;
+  Names scenarios;
+  Ranking ranking;
+  ranking.system = &system;
+  for (const RunRecord& r : records) {
+    scenarios.insert(r.scenario);
+    if (finished.contains(r.variant)) continue;
+    finished[r.variant] = finished_scenarios(records, r.variant);
+    ranking.variants.emplace_back().variant = r.variant;
+  }
+  const Names common = choose(finished);
+  for (RankedVariant& v : ranking.variants) {
+    for (const RunRecord& r : records) {
+      if (r.variant != v.variant) continue;
+      ++v.runs;
+      v.failed += r.failed();
+      v.unstable += !r.failed() && !r.ok();
+    }
+    v.ranked = finished.contains(v.variant);
+    if (v.ranked) summarise(records, system, common, v);
+  }
+  std::stable_sort(ranking.variants.begin(), ranking.variants.end(), [](const auto& a, const auto& b) {
+    return a.ranked != b.ranked ? a.ranked : a.ranked && a.error < b.error;
+  });
+  ranking.common_scenarios = common.size();
+  ranking.scenarios = scenarios.size();
+  return ranking;
 }
 
 }  // namespace
@@ -87,33 +121,23 @@ GeometricMean geometric_mean(std::span<const double> values) {
   return {std::exp(sum / n), values.size() > 1 ? std::exp(1.96 * std::sqrt(squares / (n - 1) / n)) : 1.0};
 }
 
-Ranking rank_variants(std::span<const RunRecord> records) {
-  std::map<std::string, Names> finished;
-  Names scenarios;
-  Ranking ranking;
+std::vector<std::vector<RunRecord>> by_system(std::span<const RunRecord> records) {
+  std::vector<std::vector<RunRecord>> parts;
   for (const RunRecord& r : records) {
-    scenarios.insert(r.scenario);
-    if (finished.contains(r.variant)) continue;
-    finished[r.variant] = finished_scenarios(records, r.variant);
-    ranking.variants.push_back({r.variant});
+    const auto same = [&](const std::vector<RunRecord>& part) {
+      return &description_of(part.front()) == &description_of(r);
+    };
+    const auto found = std::ranges::find_if(parts, same);
+    (found == parts.end() ? parts.emplace_back() : *found).push_back(r);
   }
-  const Names common = choose(finished);
-  for (RankedVariant& v : ranking.variants) {
-    for (const RunRecord& r : records) {
-      if (r.variant != v.variant) continue;
-      ++v.runs;
-      v.failed += r.failed();
-      v.unstable += !r.failed() && !r.ok();
-    }
-    v.ranked = finished.contains(v.variant);
-    if (v.ranked) summarise(records, common, v);
-  }
-  std::stable_sort(ranking.variants.begin(), ranking.variants.end(), [](const auto& a, const auto& b) {
-    return a.ranked != b.ranked ? a.ranked : a.ranked && a.rmse_mm < b.rmse_mm;
-  });
-  ranking.common_scenarios = common.size();
-  ranking.scenarios = scenarios.size();
-  return ranking;
+  return parts;
+}
+
+Ranking rank_variants(std::span<const RunRecord> records) {
+  const SystemDescription& system = description_of(records.empty() ? RunRecord{} : records.front());
+  const auto own = [&](const RunRecord& r) { return &description_of(r) == &system; };
+  if (std::ranges::all_of(records, own)) return rank_of_system(records, system);
+  return rank_of_system(by_system(records).front(), system);
 }
 
 }  // namespace solenoid

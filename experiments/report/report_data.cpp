@@ -1,9 +1,11 @@
 #include "experiments/report/report_data.hpp"
 
+#include "controllers/systems.hpp"
 #include "experiments/base/build_info.hpp"
 #include "experiments/campaign/ensemble.hpp"
+#include "experiments/campaign/simulated_system.hpp"
+#include "experiments/report/headings.hpp"
 #include "experiments/report/ranking.hpp"
-#include "experiments/report/thesis_cell.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -15,18 +17,60 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json ranked_json(const RankedVariant& v) {
+/// Names of a ranking's figures in the JSON: "rmse_mm", "rmse_margin", "p95_rmse_mm", "worst_rmse_mm".
+struct JudgedKeys {
+  std::string error, margin, p95, worst;
+};
+
+JudgedKeys judged_keys(const SystemDescription& system) {
+  const std::string& key = judged_metric(system).key;
+  return {key, key.substr(0, key.rfind('_')) + "_margin", "p95_" + key, "worst_" + key};
+}
+
+Json metric_json(const MetricColumn& metric) {
+  const MetricHeading heading = metric_heading(metric);
+  return {{"key", metric.key},       {"heading", metric.heading},      {"label", heading.label},
+          {"unit", heading.unit},    {"whole", metric.whole},          {"effort", metric.effort},
+          {"detail", metric.detail}, {"best_least", metric.best_least}};
+}
+
+Json system_json(const SystemDescription& system) {
+  const JudgedKeys keys = judged_keys(system);
+  const MetricHeading heading = metric_heading(judged_metric(system));
+  Json json = {{"name", system.name},
+               {"judged", keys.error},
+               {"heading", judged_metric(system).heading},
+               {"label", heading.label},
+               {"unit", heading.unit},
+               {"error", system.judged.error},
+               {"margin", keys.margin},
+               {"p95", keys.p95},
+               {"worst", keys.worst},
+               {"efforts", Json::array()},
+               {"metrics", Json::array()},
+               {"conditions", Json::array()},
+               {"modes_key", system.modes_key},
+               {"timing", {{"tick_s", system.timing.tick_s}, {"period_s", system.timing.period_s()}}}};
+  for (const MetricColumn& effort : effort_metrics(system)) json["efforts"].push_back(metric_json(effort));
+  for (const MetricColumn& metric : system.metrics) json["metrics"].push_back(metric_json(metric));
+  for (const Signal& c : system.conditions)
+    json["conditions"].push_back({{"key", c.key}, {"label", c.label}, {"unit", c.unit}});
+  return json;
+}
+
+Json ranked_json(const RankedVariant& v, const SystemDescription& system) {
   Json json = {
       {"variant", v.variant}, {"ranked", v.ranked}, {"runs", v.runs}, {"failed", v.failed}, {"unstable", v.unstable}};
   if (!v.ranked) return json;
-  json.update({{"rmse_mm", v.rmse_mm},
-               {"rmse_margin", v.rmse_margin},
-               {"p95_rmse_mm", v.p95_rmse_mm},
-               {"worst_rmse_mm", v.worst_rmse_mm},
-               {"switches_per_s", v.switches_per_s},
-               {"air_g", v.air_g},
-               {"solve_p50_us", v.solve_p50_us},
-               {"solve_p99_us", v.solve_p99_us}});
+  const JudgedKeys keys = judged_keys(system);
+  json[keys.error] = v.error;
+  json[keys.margin] = v.margin;
+  json[keys.p95] = v.p95;
+  json[keys.worst] = v.worst;
+  const std::vector<MetricColumn> efforts = effort_metrics(system);
+  for (std::size_t i = 0; i < efforts.size(); ++i) json[efforts[i].key] = v.efforts[i];
+  json["solve_p50_us"] = v.solve_p50_us;
+  json["solve_p99_us"] = v.solve_p99_us;
   return json;
 }
 
@@ -37,7 +81,8 @@ Json ranking_json(const std::string& name, const std::vector<RunRecord>& records
   for (const RunRecord& record : records)
     if (std::ranges::find(json["scenarios"], Json(record.scenario)) == json["scenarios"].end())
       json["scenarios"].push_back(record.scenario);
-  for (const RankedVariant& variant : ranking.variants) json["variants"].push_back(ranked_json(variant));
+  for (const RankedVariant& variant : ranking.variants)
+    json["variants"].push_back(ranked_json(variant, *ranking.system));
   return json;
 }
 
@@ -57,42 +102,31 @@ Json rankings_json(const std::vector<StoredRun>& runs) {
   return list;
 }
 
-std::string printed(const PrintedNumber& number) {
-  return fmt::format("{}{}", number.upper_bound ? "<" : "", number.value);
-}
-
-Json thesis_json(const ThesisCell& cell) {
-  Json json = {{"table", cell.table},
-               {"measured", cell.measured},
-               {"rmse_mm", printed(cell.rmse_mm)},
-               {"mae_mm", printed(cell.mae_mm)}};
-  if (cell.sse_mm) json["sse_mm"] = printed(*cell.sse_mm);
-  if (cell.ssa_mm) json["ssa_mm"] = printed(*cell.ssa_mm);
-  return json;
-}
-
-/// The thesis's cells of a campaign, one look-up for all seeds.
-class ThesisCells {
+/// What is published for the runs of a campaign, one look-up for all seeds.
+class Published {
  public:
-  explicit ThesisCells(const Results& results) : results_(results) {}
-  const std::optional<ThesisCell>& of(const RunRecord& record) {
-    const auto [at, fresh] = cells_.try_emplace({record.variant, record.scenario});
+  explicit Published(const Results& results) : results_(results) {}
+  const Json& of(const RunRecord& record) {
+    const auto [at, fresh] = known_.try_emplace({record.variant, record.scenario});
     const VariantConfig* variant = results_.variant(record.variant);
     const ScenarioConfig* scenario = results_.scenario(record.scenario);
-    if (fresh && variant && scenario) at->second = thesis_cell(*variant, *scenario);
+    if (fresh && variant && scenario) at->second = simulation_of(*scenario).published(*variant, *scenario);
     return at->second;
   }
 
  private:
   const Results& results_;
-  std::map<std::pair<std::string, std::string>, std::optional<ThesisCell>> cells_;
+  std::map<std::pair<std::string, std::string>, Json> known_;
 };
 
-Json variants_json(const std::vector<VariantConfig>& variants) {
+Json variants_json(const std::vector<VariantConfig>& variants, const SystemDescription& system) {
   Json list = Json::array();
   for (const VariantConfig& v : variants)
-    list.push_back(
-        {{"name", v.name}, {"summary", v.summary}, {"solver", v.solver}, {"valves", v.valves}, {"motor", v.motor}});
+    list.push_back({{"name", v.name},
+                    {"summary", v.summary},
+                    {"solver", v.solver},
+                    {system.modes_key, v.modes},
+                    {"estimator", v.estimator}});
   return list;
 }
 
@@ -100,6 +134,7 @@ Json variants_json(const std::vector<VariantConfig>& variants) {
 
 Json report_json(const Results& results, const std::map<std::string, RunCurves>& curves, bool live) {
   const BuildInfo build = build_info();
+  const SystemDescription& system = results.campaign.system->description();
   Json json = {{"format", 1},
                {"campaign", results.manifest.value("campaign", "")},
                {"status", results.manifest.value("status", "")},
@@ -109,17 +144,18 @@ Json report_json(const Results& results, const std::map<std::string, RunCurves>&
                {"live", live},
                {"manifest", results.manifest},
                {"resolved_toml", results.campaign.resolved_toml},
-               {"variants", variants_json(results.campaign.variants)},
+               {"system", system_json(system)},
+               {"variants", variants_json(results.campaign.variants, system)},
                {"rankings", rankings_json(results.runs)},
                {"runs", Json::array()}};
-  ThesisCells thesis(results);
+  Published published(results);
   for (const StoredRun& run : results.runs) {
     const auto found = curves.find(run.id);
     Json entry = {{"id", run.id}, {"trace", found == curves.end() ? "none" : found->second.kind}};
     entry.update(to_json(run.record));
     if (found != curves.end())
       entry["solves"] = {{"first", found->second.solves.first}, {"counts", found->second.solves.counts}};
-    if (const auto& cell = thesis.of(run.record)) entry["thesis"] = thesis_json(*cell);
+    if (const Json& figures = published.of(run.record); figures.is_object()) entry.update(figures);
     json["runs"].push_back(std::move(entry));
   }
   return json;

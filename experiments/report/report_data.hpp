@@ -17,10 +17,14 @@ struct RunCurves {
 ///   format       1
 ///   campaign, status, generator, folder_name, deadline_us, live
 ///   manifest, resolved_toml                   as the folder has them
-///   variants     [{name, summary, solver, valves, motor}]
+///   system       {name, judged, heading, label, unit, error, margin, p95, worst, efforts: [METRIC], metrics: [METRIC],
+///                conditions: [{key, label, unit}], modes_key, timing: {tick_s, period_s}}: what the others' keys are and
+///                how people read them; METRIC {key, heading, label, unit, whole, effort, detail, best_least}; judged,
+///                margin, p95 and worst are keys: "rmse_mm", "rmse_margin", "p95_rmse_mm", "worst_rmse_mm"
+///   variants     [{name, summary, solver, MODES_KEY, estimator}]
 ///   rankings     [{name, scenarios: [...], common, variants: [{variant, ranked, runs, failed, unstable, and if ranked
-///                rmse_mm, rmse_margin, p95_rmse_mm, worst_rmse_mm, switches_per_s, air_g, solve_p50_us,
-///                solve_p99_us}]}] over all scenarios first, then over each ensemble and each scenario outside of one
+///                JUDGED, MARGIN, P95, WORST, each effort, solve_p50_us, solve_p99_us}]}] over all scenarios first, then
+///                over each ensemble and each scenario outside of one
 ///   runs         [{id, trace, everything `compare --format json` prints of the run, and where it is known
 ///                solves: {first, counts}, thesis: {table, measured, rmse_mm, mae_mm, sse_mm, ssa_mm}}]
 ///                thesis figures are texts as printed; trace: RunCurves::kind, or none

@@ -1,5 +1,6 @@
 #include "experiments/report/results.hpp"
 
+#include "controllers/systems.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
@@ -61,7 +62,8 @@ bool belongs_to(const Results& results, const RunRecord& record) {
   const auto seeds = results.manifest.find("seeds");
   const bool known_seed =
       seeds == results.manifest.end() || std::ranges::find(*seeds, Json(record.seed)) != seeds->end();
-  return known_seed && results.variant(record.variant) && results.scenario(record.scenario);
+  const bool known_system = &description_of(record) == &results.campaign.system->description();
+  return known_system && known_seed && results.variant(record.variant) && results.scenario(record.scenario);
 }
 
 }  // namespace

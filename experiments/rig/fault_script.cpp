@@ -2,7 +2,7 @@
 
 #include "core/config/reader.hpp"
 
-#include <array>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -14,46 +14,41 @@ namespace solenoid {
 namespace {
 
 struct Kind {
-  const char* target;
-  const char* name;
-  const char* unit;  ///< of its value; empty: it has none
-};
-constexpr std::array kinds = {
-    Kind{"sensor", "off", ""},
-    Kind{"sensor", "stuck", ""},
-    Kind{"sensor", "garbage", ""},
-    Kind{"sensor", "offset", "M_OR_PA"},
-    Kind{"sensor", "slow", "S"},
-    Kind{"sensor", "delayed", "S"},
-    Kind{"sensor", "intermittent", "S"},
-    Kind{"valves", "stuck", ""},
-    Kind{"valves", "swapped", ""},
-    Kind{"supply", "lost", ""},
-    Kind{"packets", "lost", "SHARE"},
-    Kind{"packets", "late", "MS"},
-    Kind{"packets", "repeated", "SHARE"},
-    Kind{"packets", "corrupt", "SHARE"},
-    Kind{"process", "killed", ""},
-    Kind{"process", "stopped", "S"},
-    Kind{"process", "crashed", ""},
-    Kind{"solver", "late", "MS"},
-    Kind{"solver", "hang", ""},
-    Kind{"solver", "nan", ""},
-    Kind{"solver", "throw", ""},
-    Kind{"disk", "slow", "MS"},
-    Kind{"disk", "full", ""},
-    Kind{"disk", "read_only", ""},
+  std::string target, name, unit;  ///< unit of its value; empty: it has none
 };
 
-[[noreturn]] void refuse(const std::string& text, const std::string& problem) {
-  throw ConfigError(fmt::format("fault '{}': {} (allowed: {})", text, problem, fault_help()));
+/// What a system's script may say; the target "sensor" stands for each measured channel.
+std::vector<Kind> kinds_of(const SimulatedSystem& system) {
+  std::vector<Kind> kinds = {
+      {"sensor", "off", ""},           {"sensor", "stuck", ""}, {"sensor", "garbage", ""},
+      {"sensor", "offset", "VALUE"},   {"sensor", "slow", "S"}, {"sensor", "delayed", "S"},
+      {"sensor", "intermittent", "S"},
+  };
+  for (const ActuationFault& fault : system.actuation_faults()) kinds.push_back({fault.target, fault.kind, ""});
+  for (const Kind& kind :
+       {Kind{"packets", "lost", "SHARE"}, Kind{"packets", "late", "MS"}, Kind{"packets", "repeated", "SHARE"},
+        Kind{"packets", "corrupt", "SHARE"}, Kind{"process", "killed", ""}, Kind{"process", "stopped", "S"},
+        Kind{"process", "crashed", ""}, Kind{"solver", "late", "MS"}, Kind{"solver", "hang", ""},
+        Kind{"solver", "nan", ""}, Kind{"solver", "throw", ""}, Kind{"disk", "slow", "MS"}, Kind{"disk", "full", ""},
+        Kind{"disk", "read_only", ""}})
+    kinds.push_back(kind);
+  return kinds;
 }
 
-double number(const std::string& text, const std::string& part, const char* what) {
+/// A script under way, for messages.
+struct Script {
+  const std::string& text;
+  const SimulatedSystem& system;
+  [[noreturn]] void refuse(const std::string& problem) const {
+    throw ConfigError(fmt::format("fault '{}': {} (allowed: {})", text, problem, fault_help(system)));
+  }
+};
+
+double number(const Script& script, const std::string& part, const char* what) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), value);
   if (error != std::errc() || end != part.data() + part.size() || !std::isfinite(value))
-    refuse(text, fmt::format("'{}' is no {}", part, what));
+    script.refuse(fmt::format("'{}' is no {}", part, what));
   return value;
 }
 
@@ -68,43 +63,47 @@ std::optional<std::string> cut_tail(std::string& text, char mark) {
 
 }  // namespace
 
-InjectedFault parse_fault(const std::string& text) {
+InjectedFault parse_fault(const std::string& text, const SimulatedSystem& system) {
+  const Script script{text, system};
   InjectedFault fault;
   std::string rest = text;
   const auto when = cut_tail(rest, '@');
-  if (!when) refuse(text, "says no time");
+  if (!when) script.refuse("says no time");
   std::string from = *when;
   const auto duration = cut_tail(from, '+');
-  fault.from_s = number(text, from, "time");
+  fault.from_s = number(script, from, "time");
   fault.until_s =
-      duration ? fault.from_s + number(text, *duration, "duration") : std::numeric_limits<double>::infinity();
+      duration ? fault.from_s + number(script, *duration, "duration") : std::numeric_limits<double>::infinity();
   const auto value = cut_tail(rest, '=');
   const auto kind = cut_tail(rest, ':');
-  if (!kind) refuse(text, "names no kind of fault");
+  if (!kind) script.refuse("names no kind of fault");
   fault.target = rest;
   fault.kind = *kind;
-  const bool sensor = rest == "position" || rest == "pressure_a" || rest == "pressure_b";
-  for (const Kind& k : kinds) {
+  const auto& channels = system.system().description().channels;
+  const bool sensor = std::ranges::count(channels, rest, &Signal::name) > 0;
+  for (const Kind& k : kinds_of(system)) {
     if ((sensor ? "sensor" : rest) != k.target || fault.kind != k.name) continue;
-    const bool wants = *k.unit != '\0';
-    if (wants != value.has_value()) refuse(text, wants ? "says no value" : "takes no value");
-    if (value) fault.value = number(text, *value, "value");
+    const bool wants = !k.unit.empty();
+    if (wants != value.has_value()) script.refuse(wants ? "says no value" : "takes no value");
+    if (value) fault.value = number(script, *value, "value");
     return fault;
   }
-  refuse(text, "is not known");
+  script.refuse("is not known");
 }
 
-std::vector<InjectedFault> parse_faults(const std::vector<std::string>& texts) {
+std::vector<InjectedFault> parse_faults(const std::vector<std::string>& texts, const SimulatedSystem& system) {
   std::vector<InjectedFault> faults;
-  for (const std::string& text : texts) faults.push_back(parse_fault(text));
+  for (const std::string& text : texts) faults.push_back(parse_fault(text, system));
   return faults;
 }
 
-std::string fault_help() {
-  std::string list;
-  for (const Kind& k : kinds)
-    list += fmt::format("{}{}:{}{}{}", list.empty() ? "" : ", ", k.target, k.name, *k.unit ? "=" : "", k.unit);
-  return "TARGET:KIND@FROM_S[+DURATION_S], sensor one of position, pressure_a, pressure_b: " + list;
+std::string fault_help(const SimulatedSystem& system) {
+  std::string list, channels;
+  for (const Kind& k : kinds_of(system))
+    list += fmt::format("{}{}:{}{}{}", list.empty() ? "" : ", ", k.target, k.name, k.unit.empty() ? "" : "=", k.unit);
+  for (const Signal& channel : system.system().description().channels)
+    channels += (channels.empty() ? "" : ", ") + channel.name;
+  return fmt::format("TARGET:KIND@FROM_S[+DURATION_S], sensor one of {}: {}", channels, list);
 }
 
 }  // namespace solenoid

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "experiments/campaign/simulated_system.hpp"
+
 #include <string>
 #include <vector>
 
@@ -7,7 +9,8 @@ namespace solenoid {
 
 /// A fault that is provoked on purpose, from a moment on and for a while.
 struct InjectedFault {
-  std::string target;  ///< position, pressure_a, pressure_b, valves, supply, packets, process, solver, disk
+  std::string
+      target;  ///< a measured channel's name, what the system names of its actuation, packets, process, solver, disk
   std::string kind;
   double value = 0.0;
   double from_s = 0.0, until_s = 0.0;  ///< on the plant's time
@@ -18,18 +21,18 @@ struct InjectedFault {
 /// Reads `TARGET:KIND[=VALUE]@FROM_S[+DURATION_S]`; without a duration it stays. Throws ConfigError naming what is
 /// allowed.
 ///
-///     position, pressure_a, pressure_b   off | stuck | garbage | offset=METRES or PASCAL | slow=TIME_CONSTANT_S |
+///     a channel of the system            off | stuck | garbage | offset=VALUE [its unit] | slow=TIME_CONSTANT_S |
 ///                                        delayed=S | intermittent=PERIOD_S (off for a tenth of it)
-///     valves                             stuck | swapped
-///     supply                             lost
+///     switches                           stuck
+///     SimulatedSystem::actuation_faults  of the system: of the actuator valves stuck | swapped, supply lost
 ///     packets                            lost=SHARE | late=MS | repeated=SHARE | corrupt=SHARE
 ///     process                            killed | stopped=S | crashed
 ///     solver                             late=MS | hang | nan | throw
 ///     disk                               slow=MS, each write of the log | full | read_only
-InjectedFault parse_fault(const std::string& text);
-std::vector<InjectedFault> parse_faults(const std::vector<std::string>& texts);
+InjectedFault parse_fault(const std::string& text, const SimulatedSystem& system);
+std::vector<InjectedFault> parse_faults(const std::vector<std::string>& texts, const SimulatedSystem& system);
 
 /// The grammar above, for help texts.
-std::string fault_help();
+std::string fault_help(const SimulatedSystem& system);
 
 }  // namespace solenoid

@@ -2,15 +2,16 @@
 
 #include "controllers/factory.hpp"
 #include "controllers/systems/actuator/actuator_guard.hpp"
+#include "controllers/systems/actuator/actuator_variant.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "core/rt/deferred_solver.hpp"
 #include "core/systems/actuator/signals.hpp"
-#include "core/systems/actuator/valves.hpp"
 #include "experiments/base/result.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/rig/background.hpp"
 #include "experiments/rig/faulty_plant.hpp"
+#include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -124,27 +125,27 @@ FaultOutcome simulate_fault(const std::string& variant_name, const std::string& 
   out.name = name;
   out.fault = fault;
   out.moving = moving;
-  const std::vector<InjectedFault> faults = parse_faults({fault});
+  const std::vector<InjectedFault> faults = parse_faults({fault}, actuator_simulation());
   const Campaign campaign = read_campaign("rig", {{variant_name}, {"cycloidal"}});
   const ScenarioConfig& scenario = campaign.scenarios.front();
-  const VariantConfig variant = timed(campaign.variants.front(), scenario.timing, scenario.name);
+  const VariantConfig variant = told(campaign.variants.front(), scenario);
   const double tick_s = variant.timing.tick_s;
   require_real_time(variant);
-  FaultyPlant plant(make_plant(variant, scenario, 1), faults, variant.valves, 1);
+  FaultyPlant plant(make_plant(variant, scenario, 1), faults, variant, 1);
   const SolverDecorator late =
       decorator([own = faults_of_solver(faults), tick_s]<HybridModel M>(SolverPtr<M> solver) -> SolverPtr<M> {
         return std::make_unique<LateSolver<M>>(std::move(solver), own, tick_s);
       });
   std::unique_ptr<FallbackLadder> ladder;
   try {
-    ladder = make_ladder(variant, scenario.trajectory, scenario.plane, actuator_ladder(), late);
+    ladder = make_ladder(variant, scenario.trajectory, actuator_ladder(), late);
   } catch (const std::exception& error) {
     out.note = fmt::format("refused before the first command: {}", error.what());
     return out;
   }
   CommandLimits limits = make_limits(variant);
-  const ModeSet modes = valve_modes(variant.valves, variant.nominal);
-  Observer observer{modes, faults.front().from_s, variant.nominal.motor_force_limit_n(), out};
+  const ModeSet modes = system_of(variant).modes(variant);
+  Observer observer{modes, faults.front().from_s, actuator(variant).nominal.motor_force_limit_n(), out};
   FakeClock clock;
   ControlLoop loop(plant, clock, *ladder, limits, observer);
   loop.run(variant.timing.ticks_in(until_s), tick_s, [&] {

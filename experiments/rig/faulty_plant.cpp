@@ -4,24 +4,22 @@
 #include <cmath>
 
 namespace solenoid {
-namespace {
-
-constexpr std::array<const char*, 3> names = {"position", "pressure_a", "pressure_b"};
-constexpr double atmosphere_pa = 101325.0, span_pa = 210e3;
-
-}  // namespace
-
 FaultyPlant::FaultyPlant(std::unique_ptr<SimulatedPlant> plant, std::vector<InjectedFault> faults,
-                         const std::string& valves, std::uint64_t seed, double tick_s)
+                         const VariantConfig& variant, std::uint64_t seed)
     : plant_(std::move(plant)),
       faults_(std::move(faults)),
-      supply_coils_(valves == "three_way" ? 0b11u : 0b0101u),
-      coils_a_chamber_(valves == "three_way" ? 1 : 2),
+      variant_(variant),
+      system_(simulation_of(solenoid::system_of(variant))),
       random_(seed),
-      tick_s_(tick_s) {
-  channels_[0].low = -0.01, channels_[0].high = 0.11;
-  for (const std::size_t i : {1u, 2u})
-    channels_[i].low = atmosphere_pa - span_pa, channels_[i].high = atmosphere_pa + span_pa;
+      tick_s_(variant.timing.tick_s) {
+  const System& system = system_.system();
+  const LadderSettings usual = system.ladder();
+  for (std::size_t i = 0; i < system.description().channels.size(); ++i) {
+    names_.push_back(system.description().channels[i].name);
+    channels_.emplace_back();
+    channels_.back().low = usual.plausibility.channels[i].rail_low;
+    channels_.back().high = usual.plausibility.channels[i].rail_high;
+  }
 }
 
 double FaultyPlant::spoiled(const InjectedFault& fault, Channel& c, double value, double time_s) noexcept {
@@ -48,7 +46,7 @@ Measurement FaultyPlant::read(double time_s) noexcept {
     c.past[tick_ % history] = values[i];
     bool any = false;
     for (const InjectedFault& fault : faults_) {
-      if (fault.target != names[i] || !fault.active(time_s)) continue;
+      if (fault.target != names_[i] || !fault.active(time_s)) continue;
       values[i] = spoiled(fault, c, values[i], time_s);
       any = true;
     }
@@ -59,14 +57,11 @@ Measurement FaultyPlant::read(double time_s) noexcept {
 
 void FaultyPlant::write(const Command& command) noexcept {
   Command reached = command;
-  const SwitchPattern chamber = (SwitchPattern{1} << coils_a_chamber_) - 1;
   for (const InjectedFault& fault : faults_) {
     if (!fault.active(time_s_)) continue;
-    if (fault.target == "valves" && fault.kind == "stuck") reached.switches = outputs_.switches;
-    if (fault.target == "valves" && fault.kind == "swapped")
-      reached.switches =
-          ((reached.switches & chamber) << coils_a_chamber_) | ((reached.switches >> coils_a_chamber_) & chamber);
-    if (fault.target == "supply") reached.switches &= ~supply_coils_;
+    for (const ActuationFault& known : system_.actuation_faults())
+      if (fault.target == known.target && fault.kind == known.kind)
+        reached = system_.spoiled(variant_, known, reached, outputs_);
   }
   outputs_ = reached;
   plant_->write(reached);

@@ -1,28 +1,29 @@
 #pragma once
 
-#include "core/systems/actuator/signals.hpp"
 #include "experiments/plants/simulated_plant.hpp"
 #include "experiments/rig/fault_script.hpp"
 
 #include <array>
 #include <memory>
 #include <random>
+#include <string>
+#include <vector>
 
 namespace solenoid {
 
-/// A simulated plant whose sensors, valves and supply fail by script. A sensor that is off shows the middle of its
-/// converter; garbage is anywhere in its range. Swapped valves exchange the chambers; a lost supply leaves the supply
-/// valves without effect.
+/// A simulated plant whose sensors and actuation fail by script. A sensor that is off shows the middle of its converter;
+/// garbage is anywhere in its range.
 class FaultyPlant final : public SimulatedPlant {
  public:
-  FaultyPlant(std::unique_ptr<SimulatedPlant> plant, std::vector<InjectedFault> faults, const std::string& valves,
-              std::uint64_t seed, double tick_s = actuator_timing.tick_s);
+  /// `variant`: of the controller, told of the scenario.
+  FaultyPlant(std::unique_ptr<SimulatedPlant> plant, std::vector<InjectedFault> faults, const VariantConfig& variant,
+              std::uint64_t seed);
 
   Measurement read(double time_s) noexcept override;
   void write(const Command& command) noexcept override;
   double consumed() const override { return plant_->consumed(); }
 
-  /// What reached the valves and the motor.
+  /// What reached the switches and continuous inputs.
   const Command& outputs() const { return outputs_; }
 
  private:
@@ -36,9 +37,10 @@ class FaultyPlant final : public SimulatedPlant {
 
   std::unique_ptr<SimulatedPlant> plant_;
   std::vector<InjectedFault> faults_;
-  SwitchPattern supply_coils_ = 0;
-  unsigned coils_a_chamber_;
-  std::array<Channel, 3> channels_;
+  VariantConfig variant_;
+  const SimulatedSystem& system_;
+  std::vector<std::string> names_;
+  std::vector<Channel> channels_;
   std::mt19937_64 random_;
   Command outputs_;
   double tick_s_;

@@ -6,11 +6,18 @@
 #include "experiments/rig/faulty_plant.hpp"
 #include "experiments/rig/udp_io.hpp"
 
+#include <fmt/format.h>
+
 namespace solenoid {
+
+constexpr const char* rig_system = "actuator";  // whose calibration and wiring there are
 
 OpenedPlant open_plant(const PlantChoice& choice, const VariantConfig& variant, const ScenarioConfig& scenario,
                        std::uint64_t seed) {
   OpenedPlant opened;
+  if (choice.kind != "sim" && system_of(scenario).name() != rig_system)
+    throw ConfigError(fmt::format("--plant {}: boards and nodes are of the {}, not of {} (allowed: sim)", choice.kind,
+                                  rig_system, system_of(scenario).name()));
   std::unique_ptr<RigIo> io;
   if (choice.kind == "emulator") io = std::make_unique<UdpIo>(parse_node_address(choice.address));
   if (choice.kind == "comedi") io = make_comedi_io(choice.rig.comedi);
@@ -20,8 +27,8 @@ OpenedPlant open_plant(const PlantChoice& choice, const VariantConfig& variant, 
     opened.plant = std::move(plant);
     return opened;
   }
-  opened.plant = std::make_unique<FaultyPlant>(make_plant(variant, scenario, seed), choice.faults, variant.valves, seed,
-                                               variant.timing.tick_s);
+  opened.plant =
+      std::make_unique<FaultyPlant>(make_plant(variant, scenario, seed), choice.faults, told(variant, scenario), seed);
   return opened;
 }
 

@@ -1,22 +1,23 @@
 #include "experiments/rig/preflight.hpp"
 
 #include "core/rt/clock.hpp"
-#include "core/systems/actuator/signals.hpp"
 
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
 
 namespace solenoid {
 
-Preflight preflight(Plant& plant, const PlausibilitySettings& settings, double tick_s) {
+Preflight preflight(Plant& plant, const SystemDescription& system, const PlausibilitySettings& settings,
+                    double tick_s) {
   constexpr int ticks = 100;
   Preflight found;
   Plausibility plausibility(settings);
   MonotonicClock clock;
   std::vector<double> read_us;
-  double sum = 0.0;
-  int sound = 0;
+  AxisValues sum{};
+  std::array<int, max_axes> sound{};
   for (int k = 0; k < ticks; ++k) {
     clock.sleep_until((k + 1) * tick_s);
     plant.write({});
@@ -26,20 +27,25 @@ Preflight preflight(Plant& plant, const PlausibilitySettings& settings, double t
     if (sensors.stale_ticks > 0) ++found.missed;
     const auto verdict = plausibility.check(sensors, {}, {});
     found.faults |= verdict.failed;
-    if (!std::isfinite(verdict.measured.value[position_channel])) continue;
-    sum += verdict.measured.value[position_channel];
-    ++sound;
+    for (std::size_t a = 0; a < system.axes.size(); ++a) {
+      const double value = verdict.measured.value[system.axes[a].channel];
+      if (!std::isfinite(value)) continue;
+      sum[a] += value;
+      ++sound[a];
+    }
   }
-  found.position_m = sound > 0 ? sum / sound : 0.0;
+  for (std::size_t a = 0; a < system.axes.size(); ++a) found.at[a] = sound[a] > 0 ? sum[a] / sound[a] : 0.0;
   found.read_us = percentiles(read_us);
   return found;
 }
 
-std::string Preflight::text() const {
-  return fmt::format(
-      "preflight: slide at {:.2f} mm, sensors {}, I/O p50 {:.0f} us, max {:.0f} us, {} of 100 reads missed",
-      1e3 * position_m, faults.empty() ? "plausible" : to_string(faults, actuator_description()), read_us.p50,
-      read_us.max, missed);
+std::string Preflight::text(const SystemDescription& system) const {
+  std::string where;
+  for (std::size_t a = 0; a < system.axes.size(); ++a)
+    where += fmt::format("{} at {:.2f} {}, ", system.axes[a].signal.label, system.axes[a].shown_scale * at[a],
+                         system.axes[a].shown_unit);
+  return fmt::format("preflight: {}sensors {}, I/O p50 {:.0f} us, max {:.0f} us, {} of 100 reads missed", where,
+                     faults.empty() ? "plausible" : to_string(faults, system), read_us.p50, read_us.max, missed);
 }
 
 }  // namespace solenoid

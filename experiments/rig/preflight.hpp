@@ -3,6 +3,7 @@
 #include "core/metrics/metrics.hpp"
 #include "core/rt/io.hpp"
 #include "core/safety/plausibility.hpp"
+#include "core/system/description.hpp"
 
 #include <string>
 
@@ -10,14 +11,14 @@ namespace solenoid {
 
 /// What was found before the first command of a run: the outputs safe, the sensors looked at for a tenth of a second.
 struct Preflight {
-  double position_m = 0.0;  ///< mean
-  FaultSet faults;          ///< of any sensor; none may be there
-  int missed = 0;           ///< reads that brought nothing
-  Percentiles read_us;      ///< I/O latency
+  AxisValues at{};      ///< mean of each axis's channel
+  FaultSet faults;      ///< of any sensor; none may be there
+  int missed = 0;       ///< reads that brought nothing
+  Percentiles read_us;  ///< I/O latency
   bool good() const { return faults.empty(); }
-  std::string text() const;
+  std::string text(const SystemDescription& system) const;
 };
 /// Commands nothing but safe outputs.
-Preflight preflight(Plant& plant, const PlausibilitySettings& settings, double tick_s);
+Preflight preflight(Plant& plant, const SystemDescription& system, const PlausibilitySettings& settings, double tick_s);
 
 }  // namespace solenoid

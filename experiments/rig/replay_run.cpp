@@ -4,16 +4,16 @@
 #include "core/config/document.hpp"
 #include "core/config/reader.hpp"
 #include "core/rt/deferred_solver.hpp"
-#include "core/systems/actuator/signals.hpp"
-#include "core/systems/actuator/valves.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/rig/rig_file.hpp"
+#include "experiments/rig/session.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <functional>
 #include <numeric>
+#include <optional>
 #include <set>
 
 #include <fmt/format.h>
@@ -78,17 +78,33 @@ void repeat_requests(const TickRecord& tick, const TickRecord* next, FallbackLad
   if (next && tick.decision.rung == Rung::safe && next->decision.rung != Rung::safe) ladder.request_rearm();
 }
 
-void compare(const TickRecord& logged, const Command& then, const Decision& decided, double& squares,
-             ReplayResult& result) {
-  const bool coils = then.switches != decided.command.switches;
-  const double motor = then.continuous[0] - decided.command.continuous[0];
-  result.coil_differences += coils;
-  result.motor_differences += motor != 0.0;
-  squares += motor * motor;
-  if ((coils || motor != 0.0) && result.first_difference_s < 0) result.first_difference_s = logged.sensors.time_s;
+/// Sums squares into continuous_difference_rms.
+void compare(const TickRecord& logged, const Command& then, const Decision& decided, ReplayResult& result) {
+  bool other = then.switches != decided.command.switches;
+  result.switch_differences += other;
+  for (std::size_t i = 0; i < max_continuous; ++i) {
+    const double apart = then.continuous[i] - decided.command.continuous[i];
+    result.continuous_differences[i] += apart != 0.0;
+    result.continuous_difference_rms[i] += apart * apart;
+    other = other || apart != 0.0;
+  }
+  if (other && result.first_difference_s < 0) result.first_difference_s = logged.sensors.time_s;
 }
 
-/// `own`: for each pattern of the log's valves, that of the ladder's.
+/// Where the run's task began, one number an axis, if not at the motion's start.
+std::optional<AxisValues> restart_of(const RecordedRun& run) {
+  AxisValues from{};
+  bool said = false;
+  for (std::size_t a = 0; a < run.system->axes.size(); ++a)
+    if (const auto at = run.about.find(restart_key(*run.system, a)); at != run.about.end()) {
+      from[a] = std::stod(at->second);
+      said = true;
+    }
+  if (!said) return std::nullopt;
+  return from;
+}
+
+/// `own`: for each pattern of the log's mode set, that of the ladder's.
 ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, const std::vector<SwitchPattern>& own,
                      LoggedPlans* plans) {
   const auto translated = [&](Command command) {
@@ -98,12 +114,10 @@ ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, const std::
   using Clock = std::chrono::steady_clock;
   ReplayResult result;
   std::vector<double> solve_us, step_us;
-  double squares = 0.0;
-  if (const auto from = run.about.find("restart_m"); from != run.about.end())
-    ladder.restart(0.0, {std::stod(from->second)});
+  if (const auto from = restart_of(run)) ladder.restart(0.0, *from);
   for (const TickRecord& logged : run.ticks) {
     if (logged.applied.switches >= own.size())
-      throw ConfigError(fmt::format("the log's tick at {:.3f} s applied coils {:#b} (allowed: less than {:#b})",
+      throw ConfigError(fmt::format("the log's tick at {:.3f} s applied the pattern {:#b} (allowed: less than {:#b})",
                                     logged.sensors.time_s, logged.applied.switches, own.size()));
     if (plans) plans->arriving = logged.decision.solved ? logged.decision.ticket : -1;
     repeat_requests(logged, &logged != &run.ticks.back() ? &logged + 1 : nullptr, ladder);
@@ -111,21 +125,21 @@ ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, const std::
     const Decision d = ladder.step(logged.sensors);
     step_us.push_back(us_since(begin));
     ladder.applied(translated(logged.applied));
-    compare(logged, translated(logged.decision.command), d, squares, result);
+    compare(logged, translated(logged.decision.command), d, result);
     if (d.solved) solve_us.push_back(d.report.time_us);
     if (logged.decision.solved && logged.decision.report.status == Status::deadline_reached) ++result.unproven;
     result.decided.push_back(logged);
     result.decided.back().decision = d;
   }
   result.ticks = static_cast<std::int64_t>(run.ticks.size());
-  result.motor_difference_rms_n = std::sqrt(squares / static_cast<double>(result.ticks));
+  for (double& sum : result.continuous_difference_rms) sum = std::sqrt(sum / static_cast<double>(result.ticks));
   result.solve_us = percentiles(solve_us);
   result.step_us = percentiles(step_us);
   return result;
 }
 
-std::vector<SwitchPattern> own_coils(const VariantConfig& logged, const VariantConfig& variant) {
-  return translated_coils(valve_modes(logged.valves, logged.nominal), valve_modes(variant.valves, variant.nominal));
+std::vector<SwitchPattern> own_patterns(const VariantConfig& logged, const VariantConfig& variant) {
+  return translated_patterns(system_of(logged).modes(logged), system_of(variant).modes(variant));
 }
 
 const std::string& said(const RecordedRun& run, const char* key) {
@@ -137,7 +151,7 @@ const std::string& said(const RecordedRun& run, const char* key) {
 
 }  // namespace
 
-std::vector<SwitchPattern> translated_coils(const ModeSet& from, const ModeSet& to) {
+std::vector<SwitchPattern> translated_patterns(const ModeSet& from, const ModeSet& to) {
   const auto distance = [](std::span<const double> a, std::span<const double> b) {
     return std::transform_reduce(a.begin(), a.end(), b.begin(), 0.0, std::plus(),
                                  [](double x, double y) { return (x - y) * (x - y); });
@@ -161,8 +175,9 @@ Campaign recorded_campaign(const RecordedRun& run, std::vector<std::string> vari
 RecordedTask recorded_task(const RecordedRun& run) {
   const Campaign campaign = recorded_campaign(run);
   const ScenarioConfig& scenario = campaign.scenarios.front();
-  RecordedTask task{timed(campaign.variants.front(), scenario.timing, scenario.name), scenario,
-                    read_rig(TableReader::from_text(said(run, "rig"), "the log's rig file")).ladder};
+  const VariantConfig variant = told(campaign.variants.front(), scenario);
+  const RigFile rig = read_rig(TableReader::from_text(said(run, "rig"), "the log's rig file"), *scenario.system);
+  RecordedTask task{variant, scenario, ladder_at(rig, variant.timing.tick_s)};
   task.ladder.lowering_s = std::stod(said(run, "lowering_s"));
   task.variant.latency_ticks = said(run, "policy") == "next_slot" ? task.variant.timing.ticks_per_period : 0;
   return task;
@@ -173,15 +188,18 @@ ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task) {
   const SolverDecorator as_logged = decorator([&]<HybridModel M>(SolverPtr<M> solver) -> SolverPtr<M> {
     return std::make_unique<LoggedArrivals<M>>(std::move(solver), plans);
   });
-  const auto ladder = make_ladder(task.variant, task.scenario.trajectory, task.scenario.plane, task.ladder, as_logged);
-  return through(run, *ladder, own_coils(task.variant, task.variant), &plans);
+  const auto ladder = make_ladder(task.variant, task.scenario.trajectory, task.ladder, as_logged);
+  return through(run, *ladder, own_patterns(task.variant, task.variant), &plans);
 }
 
 ReplayResult replay_other(const RecordedRun& run, const RecordedTask& task, const VariantConfig& variant,
                           const SolverDecorator& decorate) {
-  const VariantConfig timed_alike = timed(variant, task.scenario.timing, task.scenario.name);
-  const auto ladder = make_ladder(timed_alike, task.scenario.trajectory, task.scenario.plane, task.ladder, decorate);
-  return through(run, *ladder, own_coils(task.variant, variant), nullptr);
+  if (variant.system != task.variant.system)
+    throw ConfigError(fmt::format("variant '{}' is of {}, the log of {} (allowed: a variant of the log's system)",
+                                  variant.name, system_of(variant).name(), system_of(task.variant).name()));
+  const VariantConfig timed_alike = told(variant, task.scenario);
+  const auto ladder = make_ladder(timed_alike, task.scenario.trajectory, task.ladder, decorate);
+  return through(run, *ladder, own_patterns(task.variant, variant), nullptr);
 }
 
 }  // namespace solenoid

@@ -8,6 +8,7 @@
 #include "experiments/campaign/scenario.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,11 @@ namespace solenoid {
 /// A recorded measurement stream through a controller.
 struct ReplayResult {
   std::int64_t ticks = 0;
-  std::int64_t coil_differences = 0, motor_differences = 0;  ///< ticks whose decided command is another
-  double motor_difference_rms_n = 0.0, first_difference_s = -1.0;
+  std::int64_t switch_differences = 0;  ///< ticks whose decided pattern is another
+  /// Of each continuous input: ticks in which it is another, and by how much, root mean square.
+  std::array<std::int64_t, max_continuous> continuous_differences{};
+  ContinuousValues continuous_difference_rms{};
+  double first_difference_s = -1.0;
   std::int64_t unproven = 0;  ///< solves the log's deadline cut short: another machine may end elsewhere
   Percentiles solve_us, step_us;
   std::vector<TickRecord> decided;  ///< the log's ticks with the decisions of the replay
@@ -38,13 +42,13 @@ Campaign recorded_campaign(const RecordedRun& run, std::vector<std::string> vari
 /// re-arms come when they came. The same program gives the same commands.
 ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task);
 
-/// For each pattern of `from`, which opens the actuator's ports so far, the pattern of `to` that is the same: the same
-/// number where that opens them alike, otherwise that of its mode nearest to it by least squares, the first of several.
-std::vector<SwitchPattern> translated_coils(const ModeSet& from, const ModeSet& to);
+/// For each pattern of `from`, which switches the model's inputs so far, the pattern of `to` that is the same: the same
+/// number where that switches them alike, otherwise that of its mode nearest to it by least squares, the first of several.
+std::vector<SwitchPattern> translated_patterns(const ModeSet& from, const ModeSet& to);
 
 /// Through any variant under the same limits, each solve done in its tick: what it would have done, and how long it
-/// takes. It is told what was applied then, in its own coils. `decorate` gets its solver first. Throws ConfigError if
-/// the log has coils that its valves do not have.
+/// takes. It is told what was applied then, in its own switches. `decorate` gets its solver first. Throws ConfigError if
+/// the log has patterns that its mode set does not have.
 ReplayResult replay_other(const RecordedRun& run, const RecordedTask& task, const VariantConfig& variant,
                           const SolverDecorator& decorate = {});
 

@@ -4,12 +4,19 @@
 #include "core/systems/actuator/signals.hpp"
 #include "experiments/base/files.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <set>
+
+#include <fmt/format.h>
 
 namespace solenoid {
 namespace {
 
 constexpr int most_channels = 31;  // of one masked write
+
+/// Boards and nodes, with their calibration, are the actuator's.
+bool is_of_rig(const System& system) { return system.name() == actuator_description().name; }
 
 void read_inputs(TableReader& t, ComediSettings& c) {
   c.input_subdevice = t.integer_or("subdevice", c.input_subdevice, 0, 63);
@@ -53,8 +60,21 @@ ComediSettings read_comedi(TableReader& table) {
   return c;
 }
 
-void read_limits(TableReader& t, RigFile& rig) {
-  LadderSettings& l = rig.ladder;
+/// Limits of the channels, by the names that they have in a rig's file.
+void read_channel_limits(TableReader& t, const SystemDescription& system, LadderSettings& l) {
+  for (std::size_t i = 0; i < system.channels.size(); ++i) {
+    const SensorBounds& bounds = l.plausibility.channels[i];
+    const Range range{bounds.rail_low, bounds.rail_high};
+    const std::string name = system.channels[i].name;
+    l.limits[i].low = t.number_or(name + "_low", l.limits[i].low, range);
+    l.limits[i].high = t.number_or(name + "_high", l.limits[i].high, range);
+    if (l.limits[i].low >= l.limits[i].high)
+      t.fail(name + "_high", fmt::format("not above {}_low (allowed: a range of positive length)", name));
+  }
+}
+
+/// The actuator's have names of their own.
+void read_actuator_limits(TableReader& t, LadderSettings& l) {
   ChannelLimits& position = l.limits[position_channel];
   position.low = t.number_or("position_low_m", position.low, Range::between(-0.01, 0.2));
   position.high = t.number_or("position_high_m", position.high, Range::between(-0.01, 0.2));
@@ -62,11 +82,19 @@ void read_limits(TableReader& t, RigFile& rig) {
     t.fail("position_high_m", "not above position_low_m (allowed: a range of positive length)");
   const double most_pa = t.number_or("pressure_limit_pa", l.limits[pressure_a_channel].high, Range::between(1e5, 1e6));
   for (const std::size_t channel : pressure_channels) l.limits[channel].high = most_pa;
+}
+
+void read_limits(TableReader& t, const System& system, RigFile& rig) {
+  LadderSettings& l = rig.ladder;
+  if (is_of_rig(system))
+    read_actuator_limits(t, l);
+  else
+    read_channel_limits(t, system.description(), l);
   l.lowering_s = t.number_or("lowering_s", l.lowering_s, Range::between(0.0, 5.0));
   l.shifted_slots = t.integer_or("shifted_slots", l.shifted_slots, 0, 20);
   l.dmpc_slots = t.integer_or("dmpc_slots", l.dmpc_slots, 0, 100000);
   l.motor_slots = t.integer_or("motor_slots", l.motor_slots, 0, 2000);
-  l.longest_gap_ticks = t.integer_or("longest_gap_ms", l.longest_gap_ticks, 1, 1000);
+  if (t.has("longest_gap_ms")) rig.longest_gap_ms = t.integer("longest_gap_ms", 1, 1000);
   rig.rates.continuous_per_tick = t.number_or("motor_n_per_tick", rig.rates.continuous_per_tick, Range::positive());
   rig.rates.switch_period_ticks = t.integer_or("coil_period_ticks", rig.rates.switch_period_ticks, 0, 1000);
   t.finish();
@@ -74,14 +102,30 @@ void read_limits(TableReader& t, RigFile& rig) {
 
 }  // namespace
 
-RigFile read_rig_file(const std::string& path) {
-  RigFile rig = read_rig(TableReader::from_file(path));
+LadderSettings ladder_at(const RigFile& rig, double tick_s) {
+  LadderSettings ladder = rig.ladder;
+  if (rig.longest_gap_ms)
+    ladder.longest_gap_ticks = std::max(1, static_cast<int>(std::lround(1e-3 * *rig.longest_gap_ms / tick_s)));
+  return ladder;
+}
+
+RigFile usual_rig(const System& system) {
+  RigFile rig;
+  rig.ladder = system.ladder();
+  return rig;
+}
+
+RigFile read_rig_file(const std::string& path, const System& system) {
+  RigFile rig = read_rig(TableReader::from_file(path), system);
   rig.text = read_whole_file(path).value_or("");
   return rig;
 }
 
-RigFile read_rig(TableReader table) {
-  RigFile rig;
+RigFile read_rig(TableReader table, const System& system) {
+  RigFile rig = usual_rig(system);
+  for (const char* key : {"calibration", "comedi"})
+    if (!is_of_rig(system) && table.has(key))
+      table.fail(key, fmt::format("of the actuator's rig, not of {} (allowed: limits)", system.name()));
   if (table.has("calibration")) {
     TableReader calibration = table.table("calibration");
     rig.calibration = read_calibration(calibration);
@@ -92,7 +136,7 @@ RigFile read_rig(TableReader table) {
   }
   if (table.has("limits")) {
     TableReader limits = table.table("limits");
-    read_limits(limits, rig);
+    read_limits(limits, system, rig);
   }
   table.finish();
   return rig;

@@ -1,9 +1,10 @@
 #pragma once
 
-#include "controllers/systems/actuator/actuator_guard.hpp"
+#include "controllers/systems.hpp"
 #include "core/safety/limits.hpp"
 #include "experiments/rig/calibration.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,16 +21,22 @@ struct ComediSettings {
   int watchdog_channel = -1;                      ///< toggles with every write; -1: none
 };
 
-/// A rig as data: what `run --rig FILE` reads. Tables [calibration], [comedi], [limits], all optional.
+/// A rig as data: what `run --rig FILE` reads. Tables [calibration], [comedi] (of the actuator alone) and [limits],
+/// all optional.
 struct RigFile {
   Calibration calibration;
   ComediSettings comedi;
-  LadderSettings ladder = actuator_ladder();
+  LadderSettings ladder;                 ///< the system's usual one, with what the file says
+  std::optional<double> longest_gap_ms;  ///< of the file, in place of the ladder's ticks
   CommandRates rates;
   std::string text;  ///< what was read; empty: the defaults
 };
 /// Throw ConfigError with file, line, key and what is allowed.
-RigFile read_rig_file(const std::string& path);
-RigFile read_rig(TableReader table);
+RigFile read_rig_file(const std::string& path, const System& system);
+RigFile read_rig(TableReader table, const System& system);
+/// The rig's limits at this sampling.
+LadderSettings ladder_at(const RigFile& rig, double tick_s);
+/// What a rig of the system is without a file.
+RigFile usual_rig(const System& system);
 
 }  // namespace solenoid

@@ -2,8 +2,7 @@
 
 #include "core/rt/allocation_guard.hpp"
 #include "core/rt/clock.hpp"
-#include "core/systems/actuator/metrics.hpp"
-#include "core/systems/actuator/signals.hpp"
+#include "experiments/campaign/simulated_system.hpp"
 #include "experiments/rig/background.hpp"
 #include "experiments/rig/log/run_log.hpp"
 
@@ -191,8 +190,8 @@ std::function<ssize_t(int, const char*, std::size_t)> disk_with(const std::vecto
   };
 }
 
-RunLogSettings log_settings(const SessionSettings& settings) {
-  return {.system = &actuator_description(),
+RunLogSettings log_settings(const SessionSettings& settings, const SystemDescription& system) {
+  return {.system = &system,
           .folder = settings.log_folder,
           .name = settings.log_name,
           .start_ns = wall_ns(),
@@ -201,12 +200,16 @@ RunLogSettings log_settings(const SessionSettings& settings) {
           .write = disk_with(settings.faults)};
 }
 
-/// Has the ladder begin where the slide stands; the log says where, for a replay.
-void begin_off_the_start(Plant& plant, FallbackLadder& ladder, RunLogSettings& log) {
+/// Has the ladder begin where the plant stands; the log says where, for a replay.
+void begin_off_the_start(Plant& plant, const SystemDescription& system, FallbackLadder& ladder, RunLogSettings& log) {
   plant.write({});
-  const double from_m = plant.read(0.0).value[position_channel];
-  ladder.restart(0.0, {from_m});
-  log.about["restart_m"] = fmt::format("{}", from_m);
+  const Measurement now = plant.read(0.0);
+  AxisValues from{};
+  for (std::size_t a = 0; a < system.axes.size(); ++a) {
+    from[a] = now.value[system.axes[a].channel];
+    log.about[restart_key(system, a)] = fmt::format("{}", from[a]);
+  }
+  ladder.restart(0.0, from);
 }
 
 /// A tick thread that does not come back cannot be ended, and it uses everything here: the program ends as a whole.
@@ -229,14 +232,19 @@ void take_counts(Shared& shared, const FallbackLadder& ladder, const CommandLimi
   std::ranges::move(shared.setup, std::back_inserter(result.setup));
 }
 
-std::map<std::string, std::string> log_summary(const SessionResult& result) {
+std::map<std::string, std::string> log_summary(const SessionResult& result, const SystemDescription& system) {
   return {{"ticks", std::to_string(result.loop.ticks)},
           {"skipped", std::to_string(result.loop.skipped)},
           {"late", std::to_string(result.loop.late)},
-          {"ended_in", to_string(result.causes, actuator_description())}};
+          {"ended_in", to_string(result.causes, system)}};
 }
 
 }  // namespace
+
+std::string restart_key(const SystemDescription& system, std::size_t axis) {
+  const Signal& signal = system.axes[axis].signal;
+  return system.axes.size() == 1 ? "restart_" + signal.unit : fmt::format("restart_{}_{}", signal.name, signal.unit);
+}
 
 bool SessionResult::clean() const {
   FaultSet stopped;
@@ -248,7 +256,8 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
                           const SessionSettings& settings, const SessionWatch& watch) {
   require_real_time(chosen);
   SessionResult result;
-  VariantConfig variant = timed(chosen, scenario.timing, scenario.name);
+  VariantConfig variant = told(chosen, scenario);
+  const SystemDescription& system = system_of(scenario).description();
   const Timing& timing = variant.timing;
   variant.latency_ticks = settings.policy == PlanPolicy::next_slot ? timing.ticks_per_period : 0;
   result.setup.push_back(lock_memory());
@@ -257,13 +266,13 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
   solver.lead_s = timing.tick_s;
   solver.priority = settings.solver_priority;
   solver.core = settings.solver_core;
-  const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, settings.ladder,
-                                  in_background(solver, settings.faults));
+  const auto ladder =
+      make_ladder(variant, scenario.trajectory, settings.ladder, in_background(solver, settings.faults));
   CommandLimits limits = make_limits(variant);
   limits.set_rates(settings.rates);
   Statistics statistics(settings.duration_s, timing);
-  RunLogSettings to = log_settings(settings);
-  if (!settings.at_start_position) begin_off_the_start(plant, *ladder, to);
+  RunLogSettings to = log_settings(settings, system);
+  if (!settings.at_start_position) begin_off_the_start(plant, system, *ladder, to);
   RunLog log(to, [&](const TickRecord& tick) { statistics.add(tick); });
 
   Shared shared;
@@ -277,11 +286,11 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
 
   take_counts(shared, *ladder, limits, result);
   result.log_path = log.path();
-  result.log_problem = log.close(log_summary(result));
+  result.log_problem = log.close(log_summary(result, system));
   result.timing = statistics.timing();
   const auto* simulated = dynamic_cast<const SimulatedPlant*>(&plant);
-  result.metrics = evaluate_actuator_run(statistics.kept(), scenario.trajectory, timing.tick_s,
-                                         {.total = simulated ? simulated->consumed() : 0.0}, 1e6 * timing.period_s());
+  result.metrics = simulation_of(scenario).evaluate(variant, scenario, statistics.kept(),
+                                                    {.total = simulated ? simulated->consumed() : 0.0});
   return result;
 }
 

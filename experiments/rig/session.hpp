@@ -1,6 +1,6 @@
 #pragma once
 
-#include "controllers/systems/actuator/actuator_guard.hpp"
+#include "controllers/ladder/fallback_ladder.hpp"
 #include "core/metrics/metrics.hpp"
 #include "core/rt/control_loop.hpp"
 #include "core/rt/process_setup.hpp"
@@ -26,7 +26,7 @@ struct SessionSettings {
   PlanPolicy policy = PlanPolicy::at_once;
   int tick_priority = 80, solver_priority = 70;  ///< SCHED_FIFO; 0: as they are
   int tick_core = -1, solver_core = -1;          ///< -1: wherever
-  LadderSettings ladder = actuator_ladder();
+  LadderSettings ladder;                         ///< of the system, mostly System::ladder()
   CommandRates rates;
   std::vector<InjectedFault> faults;  ///< of the solver and the disk; the plant has its own
   bool at_start_position = true;      ///< the plant stands where the task begins
@@ -65,6 +65,9 @@ struct SessionWatch {
   std::function<bool()> rearm_wanted = [] { return false; };
   std::function<void(const TickRecord&)> show = [](const TickRecord&) {};
 };
+
+/// The key in a log of where an axis's task began, if not at its motion's start.
+std::string restart_key(const SystemDescription& system, std::size_t axis);
 
 /// Runs a variant on a plant in real time: a tick thread, a solver thread, a log thread. Whatever ends it, the last
 /// commands are safe ones, and then the log is closed. Throws ConfigError, OutputError or what the solver throws when

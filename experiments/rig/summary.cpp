@@ -1,6 +1,5 @@
 #include "experiments/rig/summary.hpp"
 
-#include "core/systems/actuator/signals.hpp"
 #include "experiments/base/table.hpp"
 
 #include <algorithm>
@@ -43,14 +42,20 @@ std::string ladder_line(const LadderCounts& counts) {
 
 }  // namespace
 
-std::string status_line(const TickRecord& t) {
-  const double y = 1e3 * t.sensors.value[position_channel], r = 1e3 * t.decision.reference.axis[0].value;
-  std::string line = fmt::format(
-      "{:7.2f} s  y {:7.2f} mm  error {:+6.2f}  A {:3.0f} B {:3.0f} kPa  coils {:04b}  motor {:+5.1f} N  {}",
-      t.sensors.time_s, y, r - y, 1e-3 * t.sensors.value[pressure_a_channel],
-      1e-3 * t.sensors.value[pressure_b_channel], t.applied.switches, t.applied.continuous[0],
-      to_string(t.decision.rung));
-  if (t.decision.rung == Rung::safe) line += " (" + to_string(t.decision.safe_causes, actuator_description()) + ")";
+std::string status_line(const TickRecord& t, const SystemDescription& system) {
+  std::string line = fmt::format("{:7.2f} s ", t.sensors.time_s);
+  for (std::size_t a = 0; a < system.axes.size(); ++a) {
+    const Axis& axis = system.axes[a];
+    const double is = axis.shown_scale * t.sensors.value[axis.channel];
+    line += fmt::format(" {} {:7.2f} {}  error {:+6.2f} ", axis.signal.label, is, axis.shown_unit,
+                        axis.shown_scale * t.decision.reference.axis[a].value - is);
+  }
+  line += fmt::format(" {} {:04b}", system.switches_key, t.applied.switches);
+  for (std::size_t i = 0; i < system.continuous.size(); ++i)
+    line +=
+        fmt::format("  {} {:+5.1f} {}", system.continuous[i].label, t.applied.continuous[i], system.continuous[i].unit);
+  line += fmt::format("  {}", to_string(t.decision.rung));
+  if (t.decision.rung == Rung::safe) line += " (" + to_string(t.decision.safe_causes, system) + ")";
   return line;
 }
 
@@ -62,16 +67,15 @@ std::string setup_text(std::span<const SetupStep> setup) {
 }
 
 std::string session_text(const RunRecord& record, const SessionResult& r) {
+  const SystemDescription& system = description_of(record);
   std::string text = fmt::format(
       "{} on {}, seed {}: {} at {:.3f} s\n", record.variant, record.scenario, record.seed,
-      r.clean() ? "ended in SAFE as told" : "ended in SAFE (" + to_string(r.causes, actuator_description()) + ")",
-      r.ended_s);
-  const Metrics& m = r.metrics;
-  text += fmt::format(
-      "error       RMSE {:.3f} mm, MAE {:.3f} mm; measured {:.3f} and {:.3f} mm\n"
-      "effort      {} coil switches, {:.3f} g of air, motor {:.2f} N RMS\n",
-      m["rmse_mm"], m["mae_mm"], m["rmse_measured_mm"], m["mae_measured_mm"], m["coil_switches"], m["air_g"],
-      m["motor_rms_n"]);
+      r.clean() ? "ended in SAFE as told" : "ended in SAFE (" + to_string(r.causes, system) + ")", r.ended_s);
+  std::string metrics;
+  for (const MetricColumn& metric : system.metrics)
+    if (!metric.heading.empty())
+      metrics += fmt::format("{}{} {:.4g}", metrics.empty() ? "" : ", ", metric.heading, r.metrics[metric.key]);
+  text += fmt::format("metrics     {}\n", metrics);
   text += fmt::format("ticks       {} done, {} skipped, {} ended late; {} allocations\n", r.loop.ticks, r.loop.skipped,
                       r.loop.late, r.allocations_in_tick);
   text += fmt::format("slots       {}\n", ladder_line(r.ladder));
@@ -81,32 +85,27 @@ std::string session_text(const RunRecord& record, const SessionResult& r) {
 }
 
 std::string repeats_text(std::span<const RunRecord> records) {
-  struct Column {
-    const char* name;
-    const char* metric;
-  };
   std::string text = fmt::format("\n{} runs, mean and standard deviation:\n", records.size());
-  for (const Column& c :
-       {Column{"RMSE mm", "rmse_mm"}, Column{"MAE mm", "mae_mm"}, Column{"measured RMSE mm", "rmse_measured_mm"},
-        Column{"SSE mm", "sse_mean_abs_mm"}, Column{"SSA mm", "ssa_mm"}, Column{"switches/s", "switches_per_s"},
-        Column{"air g", "air_g"}}) {
+  for (const MetricColumn& c : description_of(records.front()).metrics) {
+    if (c.heading.empty()) continue;
     double sum = 0.0, squares = 0.0;
     int n = 0;
     for (const RunRecord& r : records) {
       if (!r.metrics) continue;
-      const double value = (*r.metrics)[c.metric];
+      const double value = (*r.metrics)[c.key];
       sum += value;
       squares += value * value;
       ++n;
     }
     if (n == 0) return text + "no run has metrics\n";
     const double mean = sum / n, variance = n > 1 ? std::max(0.0, (squares - sum * mean) / (n - 1)) : 0.0;
-    text += fmt::format("  {:<18}{:8.3f} +- {:.3f}\n", c.name, mean, std::sqrt(variance));
+    text += fmt::format("  {:<18}{:8.3f} +- {:.3f}\n", c.heading, mean, std::sqrt(variance));
   }
   return text;
 }
 
 Json session_json(const RunRecord& record, const SessionResult& r) {
+  const SystemDescription& system = description_of(record);
   Json json = to_json(record);
   for (const Part& part : parts) {
     const Percentiles& p = r.timing.*part.values;
@@ -120,7 +119,7 @@ Json session_json(const RunRecord& record, const SessionResult& r) {
     json["ladder"][std::string(to_string(static_cast<Rung>(i)))] = r.ladder.slots[static_cast<std::size_t>(i)];
   json["ladder"]["safe_entries"] = r.ladder.safe_entries;
   json["ladder"]["rearms"] = r.ladder.rearms;
-  json["safe_causes"] = to_string(r.causes, actuator_description());
+  json["safe_causes"] = to_string(r.causes, system);
   json["log"] = {{"path", r.log_path}, {"problem", r.log_problem}};
   for (const SetupStep& step : r.setup)
     json["setup"].push_back({{"what", step.what}, {"granted", step.granted}, {"detail", step.detail}});

@@ -9,7 +9,7 @@
 namespace solenoid {
 
 /// One line for a person while a run is under way.
-std::string status_line(const TickRecord& tick);
+std::string status_line(const TickRecord& tick, const SystemDescription& system);
 /// What the operating system granted, a line each.
 std::string setup_text(std::span<const SetupStep> setup);
 /// How one run ended: metrics, timing, ladder, log.

@@ -1,5 +1,8 @@
 #pragma once
 
+#include "controllers/systems.hpp"
+
+#include <array>
 #include <functional>
 #include <optional>
 #include <span>
@@ -10,12 +13,13 @@ namespace solenoid {
 
 struct Result;
 
-/// How the search for mode sequences scales: nodes and time against the number of blocks, for several valve sets, on
-/// states recorded from a closed loop.
+/// How the search for mode sequences scales: nodes and time against the number of blocks, for each mode set of a system,
+/// on states recorded from a closed loop.
 struct ScalingOptions {
-  int instances = 200;      ///< recorded states a valve set
-  bool cylinder = false;    ///< the cylinder alone; else with the motor's law in the prediction
-  double switching = 2e-8;  ///< weight of one coil change [m^2]
+  const System* system = nullptr;
+  int instances = 200;     ///< recorded states a mode set
+  std::string model = {};  ///< what is predicted, where the system has several: "hybrid"
+  std::string title = {};  ///< of table and plot: "a period a block"
 };
 
 /// What a search took over the instances. Branch and bound ends after `solve_cap_ms`; a solve that this stopped counts
@@ -34,11 +38,11 @@ struct DeadlineFigures {
   double gap_p50 = 0, gap_p90 = 0, gap_max = 0;
 };
 
-/// One valve set with one number of blocks.
+/// One mode set with one number of blocks.
 struct ScalingRow {
-  std::string valves;
+  std::string mode_set;
   int states = 0;
-  std::vector<int> periods;                  ///< blocks, in control periods of 5 ms
+  std::vector<int> periods;                  ///< blocks, in control periods
   double leaves = 0;                         ///< sequences
   double full_tree = 0;                      ///< nodes of the whole tree
   std::optional<SearchFigures> enumeration;  ///< where there are at most `most_enumerated` sequences
@@ -50,21 +54,21 @@ inline constexpr double most_enumerated = 1e5;
 inline constexpr double solve_cap_ms = 50.0;
 inline constexpr int most_blocks = 8;
 
-/// The horizon of 100 ms in `count` blocks (1 to 8): short ones first, where the next command is decided, about twice
-/// as long from one to the next.
-std::vector<int> scaling_blocks(int count);
+/// Deadlines, in control periods.
+inline constexpr std::array deadline_shares = {0.05, 0.1, 0.2, 0.5, 1.0};
 
-/// Runs the study on one processor core. `progress` is told of each row begun, `stop` asked between solves; once it
+/// Runs the study on one processor core, on the first scenario of the shipped campaign of the system's name: blocks of
+/// one period each, so the horizon grows with them. `progress` is told of each row begun, `stop` asked between solves; once it
 /// says so, the rows finished so far are returned.
 std::vector<ScalingRow> study_scaling(const ScalingOptions& options,
                                       const std::function<void(const std::string&)>& progress,
                                       const std::function<bool()>& stop);
 
-/// Nodes and times, then what is proven by each deadline. JSON: {"model", "switching", "instances", "solve_cap_ms",
-/// "cpu", "rows": [{valves, states, blocks, periods, sequences, full_tree, enumeration | null, cold, warm: {nodes_p50,
+/// Nodes and times, then what is proven by each deadline. JSON: {"system", "model", "instances", "solve_cap_ms",
+/// "cpu", "rows": [{mode set under the system's key for it, states, blocks, periods, sequences, full_tree, enumeration | null, cold, warm: {nodes_p50,
 /// nodes_p99, nodes_max, us_p50, us_p99, us_max, proven}, deadlines: [{deadline_ms, proven, open, gap_p50, gap_p90,
 /// gap_max}]}]}. A gap of no instance is null. CSV: a line a row with the same numbers. Drawn are times, nodes and
-/// shares proven over the blocks, a column a valve set.
+/// shares proven over the blocks, a column a mode set.
 Result result_of(const ScalingOptions& options, std::span<const ScalingRow> rows);
 
 }  // namespace solenoid

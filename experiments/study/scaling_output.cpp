@@ -3,6 +3,8 @@
 #include "experiments/base/result.hpp"
 #include "experiments/study/scaling.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 namespace solenoid {
@@ -10,10 +12,6 @@ namespace {
 
 using Column = Table::Column;
 using Data = Table::Data;
-
-const char* model_in_words(const ScalingOptions& options) {
-  return options.cylinder ? "Cylinder alone" : "Cylinder and motor in the prediction";
-}
 
 struct NamedFigure {
   const char *name, *heading, *format;
@@ -37,10 +35,10 @@ Json to_json(const DeadlineFigures& d) {
 }
 
 /// Each search's numbers, of which a person sees those that tell.
-Table searches(std::span<const ScalingRow> rows) {
+Table searches(const SystemDescription& system, std::span<const ScalingRow> rows) {
   Table table{
       .name = "rows",
-      .columns = {Column("valves"), Column("states"), Column("blocks"), Column("", "states^blocks", "<"),
+      .columns = {Column(system.modes_key), Column("states"), Column("blocks"), Column("", "states^blocks", "<"),
                   Column("periods", "periods", "<"), Column("sequences"), Column("full_tree", "full tree", ".0f")}};
   for (const std::string search : {"enumeration", "cold", "warm"}) {
     table.columns.push_back({search, "", "", Data::json});  // null where there is none
@@ -58,8 +56,8 @@ Table searches(std::span<const ScalingRow> rows) {
       for (const char* name : {"proven", "open", "gap_p50", "gap_p90", "gap_max"})
         table.columns.push_back({fmt::format("{}_at_{:g}_ms", name, d.deadline_ms), "", "", Data::csv});
   for (const ScalingRow& row : rows) {
-    Table::Row cells = {row.valves,  row.states, row.periods.size(), tree_name(row),
-                        row.periods, row.leaves, row.full_tree};
+    Table::Row cells = {row.mode_set, row.states, row.periods.size(), tree_name(row),
+                        row.periods,  row.leaves, row.full_tree};
     for (const auto& search : {row.enumeration, std::optional(row.cold), std::optional(row.warm)}) {
       cells.push_back(nullptr);
       for (const NamedFigure& f : search_figures) cells.push_back(search ? Json((*search).*f.value) : Json());
@@ -96,10 +94,10 @@ Table deadlines(std::span<const ScalingRow> rows) {
 
 /// Columns: 1 blocks, 2 enumeration us, 3 cold us, 4 warm us, 5 warm us p99, 6 full tree, 7 cold nodes, 8 warm nodes,
 /// 9 warm nodes p99, 10.. percent proven by each deadline.
-std::string data_of(std::span<const ScalingRow> rows, const std::string& valves) {
+std::string data_of(std::span<const ScalingRow> rows, const std::string& mode_set) {
   std::string text;
   for (const ScalingRow& row : rows) {
-    if (row.valves != valves) continue;
+    if (row.mode_set != mode_set) continue;
     text += fmt::format("{} {} {} {} {} {} {} {} {}", row.periods.size(),
                         row.enumeration ? fmt::format("{:.4g}", row.enumeration->us_p50) : "NaN", row.cold.us_p50,
                         row.warm.us_p50, row.warm.us_p99, row.full_tree, row.cold.nodes_p50, row.warm.nodes_p50,
@@ -110,7 +108,7 @@ std::string data_of(std::span<const ScalingRow> rows, const std::string& valves)
   return text;
 }
 
-/// The three plots of one valve set; the first column carries the labels, the last one the keys.
+/// The three plots of one mode set; the first column carries the labels, the last one the keys.
 void add_column(Plot& plot, const std::string& heading, const std::string& data, bool first, bool last,
                 const std::vector<DeadlineFigures>& deadlines) {
   constexpr const char* blues[] = {"#c6dbef", "#9ecae1", "#6baed6", "#3182bd", "#08519c"};
@@ -125,15 +123,17 @@ void add_column(Plot& plot, const std::string& heading, const std::string& data,
   const auto tail = [](int column) {
     return fmt::format("using 1:{} with lines lw 1.2 dt (3,3) lc rgb '#1f77b4'", column);
   };
+  const double period_ms = deadlines.empty() ? 1.0 : deadlines.back().deadline_ms;
   const char *grey = "#7f7f7f", *orange = "#ff7f0e", *blue = "#1f77b4";
   plot.panels.push_back(
       {fmt::format(
-           "set title {} offset 0,-0.6\nset logscale y\nset format x ''\nunset xlabel\nset yrange [3:2e5]\n{}{}",
-           gnuplot_quoted(heading), tics("'10 us' 10, '100 us' 100, '1 ms' 1e3, '10 ms' 1e4, '100 ms' 1e5"),
-           label("time to the proof")) +
+           "set title {} offset 0,-0.6\nset logscale y\nset format x ''\nunset xlabel\nset yrange [{}:2e5]\n{}{}",
+           gnuplot_quoted(heading), period_ms < 1 ? 0.3 : 3.0,
+           tics("'10 us' 10, '100 us' 100, '1 ms' 1e3, '10 ms' 1e4, '100 ms' 1e5"), label("time to the proof")) +
            (last ? "set key at screen 0.995, graph 0.98 right vertical reverse Left samplen 1.5\n" : "unset key\n"),
        data,
-       {{"5000 with lines lw 1 dt (6,4) lc rgb '#d62728'", "5 ms"},
+       {{fmt::format("{} with lines lw 1 dt (6,4) lc rgb '#d62728'", 1e3 * period_ms),
+         fmt::format("{:g} ms", period_ms)},
         {curve(2, grey), "enumeration"},
         {curve(3, orange), "cold"},
         {curve(4, blue), "warm"},
@@ -158,17 +158,17 @@ void add_column(Plot& plot, const std::string& heading, const std::string& data,
 Plot plot_of(const ScalingOptions& options, std::span<const ScalingRow> rows) {
   Plot plot{.width = 1280,
             .height = 860,
-            .title = fmt::format("{}, horizon 100 ms, switching weight {:g}, {} recorded states, one core",
-                                 model_in_words(options), options.switching, options.instances),
-            .layout =
-                "3,3 columnsfirst margins screen 0.075, screen 0.855, screen 0.065, screen 0.925 spacing screen "
-                "0.022, screen 0.03",
+            .title = fmt::format("{}, {} recorded states, one core", options.title, options.instances),
             .settings = fmt::format("set xrange [0.7:{}.3]\nset xtics 1\n", most_blocks)};
-  std::vector<const ScalingRow*> sets;  // the first row of each valve set
+  std::vector<const ScalingRow*> sets;  // the first row of each mode set
   for (const ScalingRow& row : rows)
-    if (sets.empty() || sets.back()->valves != row.valves) sets.push_back(&row);
+    if (sets.empty() || sets.back()->mode_set != row.mode_set) sets.push_back(&row);
+  plot.layout = fmt::format(
+      "3,{} columnsfirst margins screen 0.075, screen 0.855, screen 0.065, screen 0.925 spacing screen 0.022, screen "
+      "0.03",
+      std::max<std::size_t>(1, sets.size()));
   for (const ScalingRow* set : sets)
-    add_column(plot, fmt::format("{} states ({})", set->states, set->valves), data_of(rows, set->valves),
+    add_column(plot, fmt::format("{} states ({})", set->states, set->mode_set), data_of(rows, set->mode_set),
                set == sets.front(), set == sets.back(), set->deadlines);
   return plot;
 }
@@ -176,15 +176,16 @@ Plot plot_of(const ScalingOptions& options, std::span<const ScalingRow> rows) {
 }  // namespace
 
 Result result_of(const ScalingOptions& options, std::span<const ScalingRow> rows) {
-  return {.title = fmt::format("{}, switching weight {:g}, {} recorded states a valve set, one core; medians and 99th "
-                               "percentiles.\nBlocks in control periods of 5 ms; solves end after {:.0f} ms.",
-                               model_in_words(options), options.switching, options.instances, solve_cap_ms),
-          .facts = {{"model", options.cylinder ? "cylinder" : "hybrid"},
-                    {"switching", options.switching},
+  const SystemDescription& system = options.system->description();
+  return {.title = fmt::format("{}, {} recorded states a mode set, one core; medians and 99th percentiles.\n"
+                               "Blocks in control periods of {:g} ms; solves end after {:.0f} ms.",
+                               options.title, options.instances, 1e3 * system.timing.period_s(), solve_cap_ms),
+          .facts = {{"system", system.name},
+                    {"model", options.model},
                     {"instances", options.instances},
                     {"solve_cap_ms", solve_cap_ms},
                     {"cpu", this_machine().cpu}},
-          .tables = {searches(rows), deadlines(rows)},
+          .tables = {searches(system, rows), deadlines(rows)},
           .plot = plot_of(options, rows)};
 }
 

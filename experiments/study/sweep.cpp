@@ -1,6 +1,7 @@
 #include "experiments/study/sweep.hpp"
 
 #include "experiments/base/printed_table.hpp"
+#include "experiments/report/headings.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,8 +13,9 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-const StudyFigure& figure_named(const std::string& name) {
-  return *std::ranges::find(study_figures(), name, [](const StudyFigure& f) { return std::string(f.name); });
+StudyFigure figure_named(const SystemDescription& system, const std::string& name) {
+  const std::vector<StudyFigure> figures = study_figures(system);
+  return *std::ranges::find(figures, name, &StudyFigure::name);
 }
 
 double pooled(const StudyFigure& figure, std::span<const Metrics* const> runs) {
@@ -36,7 +38,11 @@ StudyPoint point_of(const StudyTable& table, const Study::Member& member, std::o
   for (const RunRecord* r : records)
     if (r->metrics) ended.push_back(&*r->metrics);
   point.bad = point.runs - static_cast<int>(ended.size());
-  for (const std::string& name : table.figures) point.figures.push_back(pooled(figure_named(name), ended));
+  point.figures.assign(table.figures.size(), nan);
+  if (records.empty()) return point;
+  const SystemDescription& system = description_of(*records.front());
+  for (std::size_t i = 0; i < table.figures.size(); ++i)
+    point.figures[i] = pooled(figure_named(system, table.figures[i]), ended);
   return point;
 }
 
@@ -102,7 +108,7 @@ StudyRows rows_of(const Study& study, const StudyTable& table, std::span<const R
       continue;
     }
     std::map<double, std::vector<const RunRecord*>> by_payload;
-    for (const RunRecord* r : runs) by_payload[r->payload_kg].push_back(r);
+    for (const RunRecord* r : runs) by_payload[r->conditions.front()].push_back(r);
     for (const auto& [payload_kg, some] : by_payload) rows.push_back(point_of(table, member, payload_kg, some));
   }
   if (table.printed) std::ranges::move(printed_rows(*table.printed), std::back_inserter(rows));
@@ -112,25 +118,35 @@ StudyRows rows_of(const Study& study, const StudyTable& table, std::span<const R
 
 }  // namespace
 
-const std::vector<StudyFigure>& study_figures() {
-  using enum StudyFigure::Pool;
-  static const std::vector<StudyFigure> all = {
-      {"rmse_mm", "RMSE, mm", "rmse_mm", geometric_mean},
-      {"worst_rmse_mm", "worst RMSE, mm", "rmse_mm", largest},
-      {"mae_mm", "largest error, mm", "mae_mm", mean},
-      {"sse_mean_abs_mm", "steady-state error, mm", "sse_mean_abs_mm", mean},
-      {"sse_max_abs_mm", "largest steady-state error, mm", "sse_max_abs_mm", mean},
-      {"worst_sse_max_abs_mm", "worst steady-state error, mm", "sse_max_abs_mm", largest},
-      {"ssa_mm", "swing at rest, peak to peak, mm", "ssa_mm", mean},
-      {"worst_ssa_mm", "worst swing at rest, mm", "ssa_mm", largest},
-      {"overshoot_percent", "overshoot, %", "overshoot_percent", mean},
-      {"switches_per_s", "coil switches per second", "switches_per_s", mean},
-      {"air_g", "supply air, g a run", "air_g", mean},
-      {"steady_switches_per_s", "coil switches per second, holding", "steady_switches_per_s", mean},
-      {"steady_air_g_per_s", "supply air, holding, g/s", "steady_air_g_per_s", mean},
-      {"motor_rms_n", "motor force, RMS, N", "motor_rms_n", mean},
-  };
+std::vector<StudyFigure> study_figures(const SystemDescription& system) {
+  std::vector<StudyFigure> all;
+  for (const MetricColumn& metric : system.metrics) {
+    const std::string label = metric_heading(metric).with_unit();
+    const bool judged = metric.key == system.judged.metric;
+    all.push_back(
+        {metric.key, label, metric.key, judged ? StudyFigure::Pool::geometric_mean : StudyFigure::Pool::mean});
+    all.push_back({"worst_" + metric.key, "worst " + label, metric.key, StudyFigure::Pool::largest});
+  }
   return all;
+}
+
+std::optional<double> read_at(const StudyTable& table, const StudyRows& rows, const std::string& series, double x) {
+  const auto figure = [&](const std::string& name) {
+    return static_cast<std::size_t>(std::ranges::find(table.figures, name) - table.figures.begin());
+  };
+  std::vector<std::pair<double, double>> points;
+  for (const StudyPoint& p : rows) {
+    const double px = p.figures[figure(table.at->x)], py = p.figures[figure(table.at->y)];
+    if (p.series == series && px > 0 && py > 0) points.push_back({std::log(px), std::log(py)});
+  }
+  std::ranges::sort(points);
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const auto [x0, y0] = points[i - 1];
+    const auto [x1, y1] = points[i];
+    if (!(x0 <= std::log(x) && std::log(x) <= x1) || x0 == x1) continue;
+    return std::exp(y0 + (y1 - y0) * (std::log(x) - x0) / (x1 - x0));
+  }
+  return std::nullopt;
 }
 
 std::vector<StudyRows> study_rows(const Study& study, std::span<const RunRecord> records) {

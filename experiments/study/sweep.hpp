@@ -15,12 +15,14 @@ struct Result;
 /// A figure of a group of runs, the unstable ones left out.
 struct StudyFigure {
   enum class Pool { mean, geometric_mean, largest };
-  const char* name;
-  const char* label;   ///< of a plot's axis
-  const char* metric;  ///< in a run
+  std::string name;
+  std::string label;   ///< of a plot's axis
+  std::string metric;  ///< in a run
   Pool pool;
 };
-const std::vector<StudyFigure>& study_figures();
+/// Of each metric of a system its mean under its own name, of the judged one the geometric mean, and as worst_NAME the
+/// largest.
+std::vector<StudyFigure> study_figures(const SystemDescription& system);
 
 /// One number of the variants, varied with everything else equal.
 struct Sweep {
@@ -41,6 +43,12 @@ struct KneeOf {
   std::vector<double> among;  ///< the values it may be; empty: all
 };
 
+/// One figure read off at equal values of another, between two neighbours of a series: both in their logarithms.
+struct ReadAt {
+  std::string x, y;
+  std::vector<double> values;  ///< of x
+};
+
 /// A printed table of the thesis as one more series.
 struct PrintedSeries {
   std::string name, file, value;
@@ -55,6 +63,7 @@ struct StudyTable {
   bool across_payloads = false;  ///< a row a payload, in place of one a value
   std::optional<double> only;    ///< of the values
   std::optional<KneeOf> knee;
+  std::optional<ReadAt> at;
   std::optional<PrintedSeries> printed;
 };
 
@@ -81,10 +90,11 @@ struct Study {
 /// Reads a study's file, or the shipped one of that name. Throws ConfigError with file, line, key and what is allowed.
 Study read_study(const std::string& path);
 
-/// A row of a table: the runs of a series with one value, or payload.
+/// A row of a table: the runs of a series with one value, or condition.
 struct StudyPoint {
   std::string series;
-  std::optional<double> value;         ///< of the key, or the payload [kg]; none for a variant that is not swept
+  std::optional<double>
+      value;  ///< of the key, or the first of the system's conditions (the payload [kg]); none for a variant that is not swept
   int runs = 0, bad = 0;               ///< bad: not ended well
   std::vector<double> figures = {};    ///< of the table, in its order; NaN if no run ended well
   std::optional<double> to_best = {};  ///< d above; of a variant not swept, in the units of the first series swept
@@ -95,8 +105,11 @@ using StudyRows = std::vector<StudyPoint>;
 /// The rows of each table.
 std::vector<StudyRows> study_rows(const Study& study, std::span<const RunRecord> records);
 
+/// What a series has of y where its x is this, or nothing where no two neighbours in x enclose it.
+std::optional<double> read_at(const StudyTable& table, const StudyRows& rows, const std::string& series, double x);
+
 /// JSON: {"study", "title", "key", "tables": [{name, title, rows: [{variant, value, runs, bad, FIGURE..., to_best,
-/// knee}]}]}. CSV: table,variant,value,runs,bad,figure,number, a line a number. Drawn are the panels.
+/// knee}], at: {x, y, rows: [{variant, at, y}]}}]}. CSV: table,variant,value,runs,bad,figure,number, a line a number. Drawn are the panels.
 Result result_of(const Study& study, std::span<const StudyRows> rows);
 
 }  // namespace solenoid

@@ -14,9 +14,9 @@
 namespace solenoid {
 namespace {
 
-std::vector<std::string> figure_names() {
+std::vector<std::string> figure_names(const SystemDescription& system) {
   std::vector<std::string> names;
-  for (const StudyFigure& figure : study_figures()) names.push_back(figure.name);
+  for (const StudyFigure& figure : study_figures(system)) names.push_back(figure.name);
   return names;
 }
 
@@ -70,7 +70,7 @@ StudyTable read_table(TableReader& table, const Campaign& campaign, const Sweep&
   check_scenarios(table, t, campaign);
   t.figures = table.texts("figures");
   for (const std::string& name : t.figures)
-    if (const auto known = figure_names(); !std::ranges::count(known, name))
+    if (const auto known = figure_names(campaign.system->description()); !std::ranges::count(known, name))
       table.fail("figures", fmt::format("'{}' is not known (allowed: {})", name, fmt::join(known, ", ")));
   t.across_payloads = table.boolean_or("across_payloads", false);
   if (table.has("only")) {
@@ -82,6 +82,11 @@ StudyTable read_table(TableReader& table, const Campaign& campaign, const Sweep&
     t.knee = KneeOf{knee.text("x", t.figures), knee.text("y", t.figures), {}};
     if (knee.has("among")) t.knee->among = knee.numbers("among");
     knee.finish();
+  }
+  if (table.has("at")) {
+    TableReader at = table.table("at");
+    t.at = ReadAt{at.text("x", t.figures), at.text("y", t.figures), at.numbers("values", Range::positive())};
+    at.finish();
   }
   if (table.has("printed")) t.printed = read_printed(table.table("printed"), t.figures.size());
   table.finish();

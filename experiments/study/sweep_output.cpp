@@ -45,9 +45,45 @@ Table table_of(const Study& study, const StudyTable& table, const StudyRows& row
   return shown;
 }
 
+/// A figure at equal values of another, a line a series and a column a value.
+Table read_off(const StudyTable& table, const StudyRows& rows) {
+  Table shown{
+      .title = fmt::format("{}: {} at equal {}, between neighbours of a series", table.title, table.at->y, table.at->x),
+      .columns = {Column("", "variant", "<")}};
+  for (const double x : table.at->values) shown.columns.push_back({"", fmt::format("{:g}", x)});
+  std::vector<std::string> series;
+  for (const StudyPoint& p : rows)
+    if (!std::ranges::count(series, p.series)) series.push_back(p.series);
+  for (const std::string& name : series) {
+    Table::Row cells = {name};
+    for (const double x : table.at->values) {
+      const std::optional<double> y = read_at(table, rows, name, x);
+      cells.push_back(y ? Json(*y) : Json());
+    }
+    shown.add(std::move(cells));
+  }
+  return shown;
+}
+
+/// The same as JSON has it.
+Json read_off_json(const StudyTable& table, const StudyRows& rows) {
+  Json json = {{"x", table.at->x}, {"y", table.at->y}, {"rows", Json::array()}};
+  for (const StudyPoint& p : rows) {
+    if (&p != &*std::ranges::find(rows, p.series, &StudyPoint::series)) continue;
+    for (const double x : table.at->values)
+      if (const auto y = read_at(table, rows, p.series, x))
+        json["rows"].push_back({{"variant", p.series}, {"at", x}, {"y", *y}});
+  }
+  return json;
+}
+
 std::string label_of(const Study& study, const StudyTable& table, const std::string& name) {
-  if (name == "value") return table.across_payloads ? "payload, kg" : study.sweep.label;
-  return std::ranges::find(study_figures(), name, [](const StudyFigure& f) { return std::string(f.name); })->label;
+  const SystemDescription& system = study.campaign.system->description();
+  if (name == "value" && table.across_payloads)
+    return fmt::format("{}, {}", system.conditions.front().label, system.conditions.front().unit);
+  if (name == "value") return study.sweep.label;
+  const std::vector<StudyFigure> figures = study_figures(system);
+  return std::ranges::find(figures, name, &StudyFigure::name)->label;
 }
 
 /// Where a point is on an axis; NaN if nowhere.
@@ -133,6 +169,9 @@ Result result_of(const Study& study, std::span<const StudyRows> rows) {
         result.flat->add({table.name, p.series, p.value, p.runs, p.bad, study.tables[t].figures[i], p.figures[i]});
     table.name.clear();  // it is among the facts already
     result.tables.push_back(std::move(table));
+    if (!study.tables[t].at) continue;
+    result.facts["tables"].back()["at"] = read_off_json(study.tables[t], rows[t]);
+    result.tables.push_back(read_off(study.tables[t], rows[t]));
   }
   return result;
 }

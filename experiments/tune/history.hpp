@@ -11,7 +11,8 @@ class TuneHistory {
  public:
   /// Reads what is there. `identity` stands for everything the scores depend on: ConfigError if the folder's history
   /// was written under another.
-  TuneHistory(const std::string& folder, const std::vector<FreeParameter>& free, const std::string& identity);
+  TuneHistory(const std::string& folder, const std::vector<FreeParameter>& free, const SystemDescription& system,
+              const std::string& identity);
 
   /// The score of these values, if an earlier run had it.
   const TuneStep* find(const std::vector<double>& values) const;
@@ -19,6 +20,7 @@ class TuneHistory {
 
  private:
   std::string path_, heading_;
+  std::size_t score_columns_;
   std::map<std::vector<double>, TuneStep> known_;
 };
 

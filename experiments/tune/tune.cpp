@@ -8,6 +8,7 @@
 #include "experiments/campaign/results_folder.hpp"
 #include "experiments/campaign/run_campaign.hpp"
 #include "experiments/campaign/variant_numbers.hpp"
+#include "experiments/report/headings.hpp"
 #include "experiments/report/ranking.hpp"
 #include "experiments/tune/history.hpp"
 
@@ -15,7 +16,6 @@
 #include <array>
 #include <cmath>
 #include <exception>
-#include <limits>
 #include <map>
 #include <memory>
 
@@ -43,21 +43,23 @@ constexpr std::array algorithms = {Algorithm{"subplex", NLOPT_LN_SBPLX}, Algorit
 
 /// What J adds for effort beyond the limits.
 double effort_excess(const Score& s, const EffortLimits& limits) {
-  const auto excess = [](double used, double limit) { return used > limit ? std::log(used / limit) : 0.0; };
-  return effort_weight * (excess(s.switches_per_s, limits.switches_per_s) + excess(s.air_g, limits.air_g));
+  double sum = 0.0;
+  for (std::size_t i = 0; i < std::min(s.efforts.size(), limits.size()); ++i)
+    if (s.efforts[i] > limits[i]) sum += std::log(s.efforts[i] / limits[i]);
+  return effort_weight * sum;
 }
 
 /// Means over the runs that ended well.
 void judge_steps(std::span<const RunRecord> records, Score& s) {
   for (const RunRecord& r : records) {
-    if (!r.metrics) continue;
+    if (!r.metrics || !has_step_metrics(description_of(r))) continue;
     s.overshoot_percent += r.metrics->number("overshoot_percent") / (s.runs - s.bad);
     s.sse_mm += r.metrics->number("sse_max_abs_mm") / (s.runs - s.bad);
   }
 }
 
 double error_of(const Score& s, TuneAim aim) {
-  return aim == TuneAim::rmse ? s.rmse_mm
+  return aim == TuneAim::rmse ? s.error
                               : std::hypot(s.overshoot_percent / overshoot_range_percent, s.sse_mm / sse_range_mm);
 }
 
@@ -72,6 +74,7 @@ class Candidates {
           fmt::format("{}: {} scenarios to train on, {} held out (allowed: some of each; those whose names "
                       "begin with {} are held out)",
                       settings.campaign, training_.size(), held_out_.size(), held_out_prefix));
+    check_settings();
     for (const CampaignRun& run : base_.runs) identity_ += run.hash;
     identity_ = fingerprint(identity_);
   }
@@ -79,6 +82,7 @@ class Candidates {
   /// Of the campaign before any value is set.
   const std::string& identity() const { return identity_; }
   const std::vector<InputFile>& inputs() const { return base_.inputs; }
+  const SystemDescription& system() const { return base_.system->description(); }
   Campaign training(const std::vector<double>& values) const { return read(values, training_); }
   Campaign held_out(const std::vector<double>& values) const { return read(values, held_out_); }
 
@@ -87,7 +91,7 @@ class Candidates {
     std::vector<double> values;
     for (const FreeParameter& p : settings_.free) {
       auto said = number_at(variant(), p.key);
-      if (!said) said = default_number(p.key);
+      if (!said) said = default_number(*base_.system, p.key);
       values.push_back(p.at(said ? p.point(*said) : 0.5));
     }
     return values;
@@ -114,6 +118,18 @@ class Candidates {
     const Selection selection{{settings.variant}, {}};
     return settings.document ? read_campaign(*settings.document, selection)
                              : read_campaign(settings.campaign, selection);
+  }
+
+  /// What the system's runs are judged by.
+  void check_settings() const {
+    std::vector<std::string> known;
+    for (const MetricColumn& effort : effort_metrics(system())) known.push_back(effort.key);
+    for (const auto& [key, limit] : settings_.limits)
+      if (std::ranges::count(known, key) == 0)
+        throw ConfigError(
+            fmt::format("--limit: '{}' is no effort of {} (allowed: {})", key, system().name, fmt::join(known, ", ")));
+    if (settings_.aim == TuneAim::step && !has_step_metrics(system()))
+      throw ConfigError(fmt::format("--objective: runs of {} have no step metrics (allowed: rmse)", system().name));
   }
 
   const toml::table& variant() const { return *base_.resolved->root()["variant"][settings_.variant].as_table(); }
@@ -147,9 +163,10 @@ class Tuner {
     std::string identity = candidates_.identity();
     for (const FreeParameter& p : settings.free)
       identity += fmt::format(" {}={}..{}:{}", p.key, p.low, p.high, static_cast<int>(p.scale));
-    identity += fmt::format(" {} {} {} {}", static_cast<int>(settings.aim), settings.algorithm,
-                            settings.switches_per_s.value_or(-1.0), settings.air_g.value_or(-1.0));
-    history_ = std::make_unique<TuneHistory>(settings.out, settings.free, fingerprint(identity));
+    identity += fmt::format(" {} {}", static_cast<int>(settings.aim), settings.algorithm);
+    for (const auto& [key, limit] : settings.limits) identity += fmt::format(" {}={}", key, limit);
+    result_.system = &candidates_.system();
+    history_ = std::make_unique<TuneHistory>(settings.out, settings.free, candidates_.system(), fingerprint(identity));
   }
 
   TuneResult run() {
@@ -207,13 +224,15 @@ class Tuner {
 
   /// The first step: the variant as it is, which sets the limits that the user did not. False if interrupted.
   bool begin_with(const std::vector<double>& start) {
-    constexpr double none = std::numeric_limits<double>::infinity();
-    result_.limits = {none, none};
+    result_.limits.clear();
     const TuneStep* known = history_->find(start);
     const auto training = known ? std::optional(known->training) : score(candidates_.training(start));
     if (!training) return false;
-    result_.limits = {settings_.switches_per_s.value_or(training->switches_per_s),
-                      settings_.air_g.value_or(training->air_g)};
+    result_.limits = training->efforts;
+    const std::vector<MetricColumn> efforts = effort_metrics(candidates_.system());
+    for (std::size_t i = 0; i < result_.limits.size(); ++i)
+      if (const auto limit = settings_.limits.find(efforts[i].key); limit != settings_.limits.end())
+        result_.limits[i] = limit->second;
     TuneStep step = known ? *known : TuneStep{start, with_limits(*training), {}};
     return add(std::move(step));
   }
@@ -291,13 +310,17 @@ Score score_of(std::span<const RunRecord> records, const EffortLimits& limits, T
   s.objective = bad_weight * s.bad / std::max(1, s.runs);
   if (ranking.variants.empty() || !ranking.variants.front().ranked) return s.objective += bad_weight, s;
   const RankedVariant& v = ranking.variants.front();
-  s.rmse_mm = v.rmse_mm;
-  s.worst_rmse_mm = v.worst_rmse_mm;
-  s.switches_per_s = v.switches_per_s;
-  s.air_g = v.air_g;
+  s.error = v.error;
+  s.worst_error = v.worst;
+  s.efforts = v.efforts;
   judge_steps(records, s);
   s.objective += std::log(std::max(error_of(s, aim), least_error)) + effort_excess(s, limits);
   return s;
+}
+
+bool has_step_metrics(const SystemDescription& system) {
+  const auto has = [&](const char* key) { return std::ranges::count(system.metrics, key, &MetricColumn::key) > 0; };
+  return has("overshoot_percent") && has("sse_max_abs_mm");
 }
 
 std::vector<std::string> tune_algorithms() {

@@ -4,6 +4,7 @@
 #include "experiments/tune/free_parameter.hpp"
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -19,23 +20,21 @@ enum class TuneAim { rmse, step };
 
 /// How good a variant is on a group of scenarios. What is minimised:
 ///
-///     J = ln(E) + 5 max(0, ln(s / s_max)) + 5 max(0, ln(a / a_max)) + 10 bad / runs
+///     J = ln(E) + 5 sum_i max(0, ln(e_i / e_i_max)) + 10 bad / runs
 ///
-///     rmse   E = RMSE, the geometric mean of the true position's over the runs [mm]
+///     rmse   E = the system's judged metric (the RMSE of the true position), its geometric mean over the runs
 ///     step   E = |(overshoot / 35 %, SSE / 10 mm)|, means over the runs in units of the ranges of Table 5-2; SSE the
-///            largest absolute error of the steady part
+///            largest absolute error of the steady part: of systems that have these metrics
 ///
-/// s coil switches per second, a supply air of a run [g], bad the runs that did not end well.
+/// e_i the system's efforts (switches per second, supply air of a run), bad the runs that did not end well.
 struct Score {
-  double objective = 0.0, rmse_mm = 0.0, worst_rmse_mm = 0.0, overshoot_percent = 0.0, sse_mm = 0.0,
-         switches_per_s = 0.0, air_g = 0.0;
+  double objective = 0.0, error = 0.0, worst_error = 0.0, overshoot_percent = 0.0, sse_mm = 0.0;
+  std::vector<double> efforts;  ///< in the order of the description's
   int runs = 0, bad = 0;
 };
 
-/// What J forgives.
-struct EffortLimits {
-  double switches_per_s = 0.0, air_g = 0.0;
-};
+/// What J forgives: one number an effort.
+using EffortLimits = std::vector<double>;
 Score score_of(std::span<const RunRecord> records, const EffortLimits& limits, TuneAim aim = TuneAim::rmse);
 
 /// A tuning run: which keys of a variant, how judged, how long.
@@ -44,13 +43,15 @@ struct TuneSettings {
   std::shared_ptr<const Document> document;  ///< of the campaign, in place of the file's
   std::vector<FreeParameter> free;
   TuneAim aim = TuneAim::rmse;
-  std::string algorithm = "subplex";            ///< of tune_algorithms()
-  int evaluations = 60;                         ///< on the training scenarios, at most
-  int patience = 25;                            ///< ends after so many without a better one
-  std::optional<double> switches_per_s, air_g;  ///< limits of the effort; none: what the variant needs as it is
-  int jobs = 0;                                 ///< worker processes; 0: one a core
-  std::string out;                              ///< folder; one that is there already is resumed
+  std::string algorithm = "subplex";     ///< of tune_algorithms()
+  int evaluations = 60;                  ///< on the training scenarios, at most
+  int patience = 25;                     ///< ends after so many without a better one
+  std::map<std::string, double> limits;  ///< of efforts, by their metrics' keys; none: what the variant needs as it is
+  int jobs = 0;                          ///< worker processes; 0: one a core
+  std::string out;                       ///< folder; one that is there already is resumed
 };
+/// Whether a system's runs have what TuneAim::step judges.
+bool has_step_metrics(const SystemDescription& system);
 /// NLopt's, all without derivatives and deterministic.
 std::vector<std::string> tune_algorithms();
 
@@ -65,6 +66,7 @@ struct TuneResult {
   std::vector<TuneStep> steps;  ///< steps[0]: the variant as it is, or as near to it as the ranges go
   std::size_t chosen = 0;       ///< of the improvements, the one that is best on the held-out scenarios
   EffortLimits limits;
+  const SystemDescription* system = nullptr;
   std::string ended;  ///< "evaluations" | "patience" | "converged" | "interrupted"
   std::string folder;
   std::shared_ptr<const Document> tuned;  ///< what tuned.toml has; none without a step

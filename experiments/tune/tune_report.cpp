@@ -1,6 +1,7 @@
 #include "experiments/tune/tune_report.hpp"
 
 #include "experiments/base/result.hpp"
+#include "experiments/report/headings.hpp"
 
 #include <algorithm>
 
@@ -17,18 +18,40 @@ std::size_t best_training(const TuneResult& result) {
 }
 
 /// Scores, a row each, under their names.
-Table scores(const std::string& variant, const std::vector<std::pair<std::string, Score>>& rows) {
-  Table table{.columns = {Column("", variant, "<"), Column("objective", "objective"), Column("rmse_mm", "RMSE mm"),
-                          Column("worst_rmse_mm", "worst mm"), Column("overshoot_percent", "overshoot %"),
-                          Column("sse_mm", "SSE mm"), Column("switches_per_s", "switches/s"), Column("air_g", "air g"),
-                          Column("runs", "runs"), Column("bad", "bad")}};
-  for (const auto& [name, s] : rows)
-    table.add({name, s.objective, s.rmse_mm, s.worst_rmse_mm, s.overshoot_percent, s.sse_mm, s.switches_per_s, s.air_g,
-               s.runs, s.bad});
+Table scores(const std::string& variant, const SystemDescription& system,
+             const std::vector<std::pair<std::string, Score>>& rows) {
+  const bool steps = has_step_metrics(system);
+  Table table{.columns = {Column("", variant, "<"), Column("objective", "objective"),
+                          Column(system.judged.metric, judged_metric(system).heading),
+                          Column("worst_" + system.judged.metric, "worst")}};
+  if (steps)
+    table.columns.insert(table.columns.end(), {Column("overshoot_percent", "overshoot %"), Column("sse_mm", "SSE mm")});
+  for (const MetricColumn& effort : effort_metrics(system)) table.columns.push_back(Column(effort.key, effort.heading));
+  table.columns.insert(table.columns.end(), {Column("runs", "runs"), Column("bad", "bad")});
+  for (const auto& [name, s] : rows) {
+    Table::Row row = {name, s.objective, s.error, s.worst_error};
+    if (steps) row.insert(row.end(), {s.overshoot_percent, s.sse_mm});
+    std::vector<double> efforts = s.efforts;
+    efforts.resize(effort_metrics(system).size());
+    row.insert(row.end(), efforts.begin(), efforts.end());
+    row.insert(row.end(), {s.runs, s.bad});
+    table.add(std::move(row));
+  }
   return table;
 }
 
-Json json_of(const Score& score) { return scores("", {{"", score}}).json().front(); }
+Json json_of(const Score& score, const SystemDescription& system) {
+  return scores("", system, {{"", score}}).json().front();
+}
+
+/// "3.1 switches/s, 2 air g" of the efforts.
+std::string efforts_text(const std::vector<double>& values, const SystemDescription& system) {
+  const std::vector<MetricColumn> efforts = effort_metrics(system);
+  std::string text;
+  for (std::size_t i = 0; i < std::min(values.size(), efforts.size()); ++i)
+    text += fmt::format("{}{} {:.3g}", i ? ", " : "", efforts[i].heading, values[i]);
+  return text;
+}
 
 /// Objective against step: the training's with its best so far, the held-out's and what was chosen.
 Plot plot_of(const TuneResult& result) {
@@ -64,11 +87,13 @@ Result result_of(const TuneSettings& settings, const TuneResult& result) {
                            Column("", "low", ".4g"), Column("", "high", ".4g")}};
   for (std::size_t i = 0; i < settings.free.size(); ++i)
     values.add({settings.free[i].key, before.values[i], after.values[i], settings.free[i].low, settings.free[i].high});
-  Json steps = Json::array();
+  Json steps = Json::array(), limits = Json::object();
+  const std::vector<MetricColumn> efforts = effort_metrics(*result.system);
+  for (std::size_t i = 0; i < result.limits.size(); ++i) limits[efforts[i].key] = result.limits[i];
   for (const TuneStep& step : result.steps) {
-    Json one = {{"values", Json::object()}, {"training", json_of(step.training)}};
+    Json one = {{"values", Json::object()}, {"training", json_of(step.training, *result.system)}};
     for (std::size_t i = 0; i < settings.free.size(); ++i) one["values"][settings.free[i].key] = step.values[i];
-    if (step.held_out) one["held_out"] = json_of(*step.held_out);
+    if (step.held_out) one["held_out"] = json_of(*step.held_out, *result.system);
     steps.push_back(std::move(one));
   }
   return {.facts = {{"variant", settings.variant},
@@ -76,17 +101,17 @@ Result result_of(const TuneSettings& settings, const TuneResult& result) {
                     {"algorithm", settings.algorithm},
                     {"ended", result.ended},
                     {"chosen", result.chosen},
-                    {"limits", {{"switches_per_s", result.limits.switches_per_s}, {"air_g", result.limits.air_g}}},
+                    {"limits", limits},
                     {"steps", steps}},
-          .tables = {scores(settings.variant, {{"training, before", before.training},
-                                               {"training, tuned", after.training},
-                                               {"held out, before", *before.held_out},
-                                               {"held out, tuned", *after.held_out}}),
+          .tables = {scores(settings.variant, *result.system,
+                            {{"training, before", before.training},
+                             {"training, tuned", after.training},
+                             {"held out, before", *before.held_out},
+                             {"held out, tuned", *after.held_out}}),
                      values},
-          .notes = {fmt::format("{} steps, ended by {}; chosen: step {} (best in training: {}). Limits: {:.3g} "
-                                "switches/s, {:.3g} g",
+          .notes = {fmt::format("{} steps, ended by {}; chosen: step {} (best in training: {}). Limits: {}",
                                 result.steps.size(), result.ended, result.chosen, best_training(result),
-                                result.limits.switches_per_s, result.limits.air_g),
+                                efforts_text(result.limits, *result.system)),
                     fmt::format("Results: {}; judge it elsewhere: solenoid compare {}/tuned.toml", result.folder,
                                 result.folder)},
           .plot = plot_of(result)};
@@ -98,12 +123,9 @@ std::string tune_progress(const TuneSettings& settings, const TuneResult& result
   std::string values;
   for (std::size_t i = 0; i < settings.free.size(); ++i)
     values += fmt::format(" {}={:.3g}", settings.free[i].key, result.steps[step].values[i]);
-  return fmt::format(
-      "step {} of {}: objective {:.3f}, RMSE {:.4f} mm, overshoot {:.1f} %, SSE {:.3f} mm, {:.1f} switches/s, {:.2f} "
-      "g; "
-      "best {} |{}",
-      step, settings.evaluations, s.objective, s.rmse_mm, s.overshoot_percent, s.sse_mm, s.switches_per_s, s.air_g,
-      best_training(result), values);
+  return fmt::format("step {} of {}: objective {:.3f}, {} {:.4g}, {}; best {} |{}", step, settings.evaluations,
+                     s.objective, result.system->judged.metric, s.error, efforts_text(s.efforts, *result.system),
+                     best_training(result), values);
 }
 
 }  // namespace solenoid

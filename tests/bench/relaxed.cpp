@@ -10,6 +10,7 @@
 #include "core/systems/actuator/metrics.hpp"
 #include "core/systems/actuator/signals.hpp"
 #include "experiments/campaign/scenario.hpp"
+#include "experiments/campaign/simulated_system.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -46,7 +47,7 @@ Options read_options(int count, char** words) {
 }
 
 TableReader shipped(const std::string& file) {
-  return TableReader::from_file(SOLENOID_SOURCE_DIR "/experiments/data/scenarios/" + file);
+  return TableReader::from_file(SOLENOID_SOURCE_DIR "/experiments/systems/actuator/data/scenarios/" + file);
 }
 
 std::vector<ScenarioConfig> scenarios(double seconds) {
@@ -93,7 +94,7 @@ struct Run {
 
 Run run(const VariantConfig& variant, const ScenarioConfig& scenario) {
   const auto plant = make_plant(variant, scenario, 1);
-  TimedController controller(make_controller(variant, scenario.trajectory, scenario.plane));
+  TimedController controller(make_controller(variant, scenario.trajectory));
   CommandLimits limits = make_limits(variant);
   const auto ticks = static_cast<std::int64_t>(std::llround(scenario.duration_s / actuator_timing.tick_s));
   MemoryRecorder recorder(static_cast<std::size_t>(ticks));

@@ -1,5 +1,6 @@
 // The literature's controllers against their own equations: duties and bounds, surfaces and modes, phases, costs.
 #include "controllers/factory.hpp"
+#include "controllers/systems/actuator/actuator_variant.hpp"
 #include "controllers/systems/actuator/laws/extended_cost.hpp"
 #include "controllers/systems/actuator/laws/pulse_width_pid.hpp"
 #include "controllers/systems/actuator/laws/switching_hybrid.hpp"
@@ -327,13 +328,13 @@ TEST(LawVariants, AreReadWithTheirTables) {
       "sliding = { frequency = 40.0, dead_band_m = 2e-4, every_ticks = 2 }\n"
       "phases = { coarse_above_m = 5e-4, rest = 'exhaust' }\n");
   EXPECT_TRUE(v.is_feedback_law());
-  EXPECT_EQ(v.sliding.frequency, 40.0);
-  EXPECT_EQ(v.sliding.every_ticks, 2);
-  EXPECT_EQ(v.phases.rest, "exhaust");
-  EXPECT_EQ(read("solver = 'pulse_width_pid'\npulse_width = { bias = 0.4 }").pulse_width.bias, 0.4);
-  EXPECT_EQ(read("valves = 'three_mode'\nsolver = 'extended_cost'\ncost = { terminal_acceleration = 2.0 }")
-                .cost.terminal_acceleration,
-            2.0);
+  EXPECT_EQ(actuator(v).sliding.frequency, 40.0);
+  EXPECT_EQ(actuator(v).sliding.every_ticks, 2);
+  EXPECT_EQ(actuator(v).phases.rest, "exhaust");
+  EXPECT_EQ(actuator(read("solver = 'pulse_width_pid'\npulse_width = { bias = 0.4 }")).pulse_width.bias, 0.4);
+  const VariantConfig extended =
+      read("valves = 'three_mode'\nsolver = 'extended_cost'\ncost = { terminal_acceleration = 2.0 }");
+  EXPECT_EQ(actuator(extended).terminal_acceleration, 2.0);
 }
 
 TEST(LawVariants, RefuseWhatTheyCannotUse) {

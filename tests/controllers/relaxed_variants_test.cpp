@@ -1,5 +1,6 @@
 // Relaxed variants through the factory: they track on their own model, whatever the motor does.
 #include "controllers/factory.hpp"
+#include "controllers/systems/actuator/actuator_variant.hpp"
 #include "core/systems/actuator/valves.hpp"
 
 #include <gtest/gtest.h>
@@ -9,14 +10,14 @@ namespace {
 
 TEST(RelaxedVariants, TrackTheSineOnTheirOwnModel) {
   for (const char* motor : {"none", "in_prediction", "joint"}) {
-    VariantConfig v;
+    VariantConfig v = new_variant();
     v.solver = "sqp";
-    v.motor = motor;
-    const double start_m = v.nominal.equilibrium_position_m();
+    actuator(v).motor = motor;
+    const double start_m = actuator(v).nominal.equilibrium_position_m();
     const Trajectory motion = thesis_sine(start_m);
-    const auto controller = make_controller(v, motion, Plane::vertical);
-    const PneumaticActuator plant(v.nominal);
-    const ModeSet modes = valve_modes(v.valves, v.nominal);
+    const auto controller = make_controller(v, motion);
+    const PneumaticActuator plant(actuator(v).nominal);
+    const ModeSet modes = valve_modes(v.modes, actuator(v).nominal);
     const SwitchTiming timing(modes, 0.001);
     DelayLines lines(0);
     ActuatorState x = {start_m, 0.0, 101325.0, 101325.0};

@@ -1,11 +1,12 @@
 // The literature's controllers: no allocation from the first tick on, nor in a solve of the extended cost.
 #include "controllers/factory.hpp"
+#include "controllers/systems/actuator/actuator_variant.hpp"
 #include "core/rt/allocation_guard.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "core/systems/actuator/signals.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/systems/actuator/plants/model_plant.hpp"
+#include "experiments/systems/actuator/simulation/model_plant.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,9 +17,9 @@ TEST(HotPath, BaselinesRunWithoutAllocation) {
   ASSERT_TRUE(AllocationGuard::available());
   for (const char* name : {"van_varseveld_bone", "sliding_three_mode", "takemura_hybrid", "qi_bone_zhang"}) {
     const VariantConfig v = shipped_variant(name);
-    const Trajectory task = thesis_sine(v.nominal.equilibrium_position_m());
-    ModelPlant plant(v.nominal, v.valves, task.start(), {.ideal = false, .noise = true});
-    const auto controller = make_controller(v, task, Plane::vertical);
+    const Trajectory task = thesis_sine(actuator(v).nominal.equilibrium_position_m());
+    ModelPlant plant(actuator(v).nominal, v.modes, task.start(), {.ideal = false, .noise = true});
+    const auto controller = make_controller(v, task);
     CommandLimits limits = make_limits(v);
     MemoryRecorder recorder(1000);
     FakeClock clock;

@@ -1,9 +1,10 @@
 #include "controllers/factory.hpp"
+#include "controllers/systems/actuator/actuator_variant.hpp"
 #include "core/rt/allocation_guard.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "core/systems/actuator/signals.hpp"
-#include "experiments/systems/actuator/plants/model_plant.hpp"
+#include "experiments/systems/actuator/simulation/model_plant.hpp"
 #include "solvers/search/exhaustive.hpp"
 
 #include <cmath>
@@ -57,12 +58,12 @@ TEST(AllocationGuard, CountsEveryWayToAllocate) {
 }
 
 VariantConfig variant(const char* valves, const char* motor) {
-  VariantConfig v;
-  v.valves = valves;
-  v.motor = motor;
+  VariantConfig v = new_variant();
+  v.modes = valves;
+  actuator(v).motor = motor;
   v.integral.gain = 0.005;
   v.cost.switching = 1e-8;
-  v.cost.air = 1e-6;
+  v.cost.consumption = 1e-6;
   v.horizon.blocks = {2, 4, 14};
   return v;
 }
@@ -70,7 +71,7 @@ VariantConfig variant(const char* valves, const char* motor) {
 /// Solves to the end, with a deadline already over, and with a state that is no number: none may allocate.
 template <class M>
 void solves_without_allocation(Solver<M>& solver, const char* valves) {
-  Problem<M> problem = make_problem<M>(variant(valves, "none"), Plane::vertical);
+  Problem<M> problem = make_problem<M>(variant(valves, HasFeedback<M> ? "in_prediction" : "none"));
   problem.initial = {0.05, 0.1, 150e3, 150e3};
   solver.prepare(problem);
   Plan<M> plan(problem);
@@ -99,9 +100,9 @@ TEST(HotPath, SearchesSolveWithoutAllocation) {
 TEST(HotPath, ControllerAndLoopRunWithoutAllocation) {
   for (const char* motor : {"none", "pd", "inverse_dynamics", "in_prediction"}) {
     const VariantConfig v = variant("two_way", motor);
-    const Trajectory task = thesis_sine(v.nominal.equilibrium_position_m());
-    ModelPlant plant(v.nominal, v.valves, task.start(), {.ideal = false, .noise = true});
-    const auto controller = make_controller(v, task, Plane::vertical);
+    const Trajectory task = thesis_sine(actuator(v).nominal.equilibrium_position_m());
+    ModelPlant plant(actuator(v).nominal, v.modes, task.start(), {.ideal = false, .noise = true});
+    const auto controller = make_controller(v, task);
     CommandLimits limits = make_limits(v);
     MemoryRecorder recorder(100);
     FakeClock clock;

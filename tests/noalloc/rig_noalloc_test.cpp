@@ -6,9 +6,11 @@
 #include "core/rt/ring.hpp"
 #include "core/systems/actuator/signals.hpp"
 #include "experiments/campaign/campaign.hpp"
+#include "experiments/campaign/simulated_system.hpp"
 #include "experiments/rig/background.hpp"
 #include "experiments/rig/faulty_plant.hpp"
 #include "experiments/rig/node_protocol.hpp"
+#include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
 
 #include <gtest/gtest.h>
 
@@ -32,9 +34,9 @@ TEST(HotPath, TheLadderAllocatesNothingOnAnyRung) {
   LadderSettings settings = actuator_ladder();
   settings.dmpc_slots = settings.motor_slots = 4;
   // Plans that are not numbers from 0.1 s to 0.4 s: shifted, dmpc, motor, safe.
-  const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, settings,
-                                  in_background({}, parse_faults({"solver:nan@0.1+0.3"})));
-  FaultyPlant plant(make_plant(variant, scenario, 1), {}, variant.valves, 1);
+  const auto ladder = make_ladder(variant, scenario.trajectory, settings,
+                                  in_background({}, parse_faults({"solver:nan@0.1+0.3"}, actuator_simulation())));
+  FaultyPlant plant(make_plant(variant, scenario, 1), {}, variant, 1);
   CommandLimits limits = make_limits(variant);
   RingRecorder recorder;
   MonotonicClock clock;

@@ -1,4 +1,5 @@
 #include "controllers/factory.hpp"
+#include "controllers/systems/actuator/actuator_variant.hpp"
 #include "core/rt/allocation_guard.hpp"
 #include "solvers/rounding/integral_approximation.hpp"
 #include "solvers/rounding/sum_up_rounding.hpp"
@@ -53,7 +54,7 @@ TEST(RoundingNoAlloc, SumUpRoundingAndIntegralApproximationAtEveryStatus) {
 
 template <HybridModel M>
 void expect_fenced_solver(const VariantConfig& variant) {
-  auto problem = make_problem<M>(variant, Plane::vertical);
+  auto problem = make_problem<M>(variant);
   problem.initial = {0.05, 0.1, 150e3, 150e3};
   for (auto& r : problem.reference) r = {0.06, 0.0};
   for (auto& r : problem.setpoint) r = {0.06, 0.0};
@@ -73,15 +74,15 @@ TEST(RoundingNoAlloc, RelaxedAndRoundedVariantsSolveWithoutAllocation) {
   for (const char* valves : {"three_way", "two_way"})
     for (const char* solver : {"sum_up_rounding", "cia", "sqp"})
       for (const char* motor : {"none", "in_prediction", "joint"}) {
-        VariantConfig variant;
-        variant.valves = valves;
+        VariantConfig variant = new_variant();
+        variant.modes = valves;
         variant.solver = solver;
-        variant.motor = motor;
-        variant.cost.motor = 1e-12;
+        actuator(variant).motor = motor;
+        variant.cost.continuous[0] = 1e-12;
         variant.cost.switching = 2e-8;
-        variant.cost.air = 1e-6;
+        variant.cost.consumption = 1e-6;
         variant.horizon.blocks = {2, 4, 14};
-        if (variant.predicts_motor())
+        if (predicts_motor(variant))
           expect_fenced_solver<PrestabilisedActuator>(variant);
         else
           expect_fenced_solver<PneumaticActuator>(variant);

@@ -179,7 +179,7 @@ class Checker:
                 Path(folder, name).write_text(content)
             if "--rig rig.toml" in page.path.read_text():
                 Path(folder, "rig.toml").write_text("")  # every key of it has a default
-            for name in {docs_rules.RECORDED, *re.findall(r"experiments/data/\w+/\w+\.toml", page.path.read_text())}:
+            for name in {docs_rules.RECORDED, *re.findall(r"experiments/systems/\w+/data/\w+/\w+\.toml", page.path.read_text())}:
                 if (self.root / name).is_file():
                     Path(folder, name).parent.mkdir(parents=True, exist_ok=True)
                     shutil.copy(self.root / name, Path(folder, name))

@@ -3,6 +3,7 @@
 
 pages      links and their headings; files named in inline code; in docs/theory numbered references, each cited and listed;
            one line a page in docs/README.md
+listings   a block below a file's name alone is that file
 sources    every page of docs named in a comment or text, with or without its folder, exists; a cited equation, section or
            erratum ("eq. 3 to 6", "section 4", "sect. 4", "E13" after the page's name) is one of that page, and so is an
            erratum named alone, of the page of the actuator's model
@@ -136,6 +137,13 @@ class Checker:
             if named and not (self.root / named[1]).exists():
                 self.problem(page.path, number, f"'{text}': no such file")
 
+    def check_listings(self, page):
+        """A block below a line that is a file's name alone, `folder/name.cpp`:, shows that file as it is."""
+        for number, before, lines in page.blocks:
+            named = re.fullmatch(r"`([\w./-]+\.(?:cpp|hpp))`:", before.strip())
+            if named and (self.root / named[1]).is_file() and "\n".join(lines).strip() != (self.root / named[1]).read_text().strip():
+                self.problem(page.path, number, f"does not show {named[1]} as it is")
+
     def check_references(self, page):
         text = re.sub(r"`[^`]*`", "", "\n".join(page.prose))
         body, _, references = text.partition("\n## References\n")
@@ -199,6 +207,7 @@ class Checker:
     def check(self):
         for page in self.pages:
             self.check_links(page)
+            self.check_listings(page)
             self.check_references(page)
         for page in self.of_docs:
             self.check_numbers(page)

@@ -3,7 +3,7 @@ import re
 from dataclasses import dataclass
 from typing import Callable, Optional, Union
 
-RECORDED = "experiments/data/instances/closed_loops.instances"
+RECORDED = "experiments/systems/actuator/data/instances/closed_loops.instances"
 
 # Commands of the script, which the program does not know.
 SCRIPT = ("test", "coverage", "docs", "package")
@@ -89,7 +89,7 @@ RULES = [
     Rule(r"compare hard\.toml.*", "100 plants and more", r"compare hard.toml --scenario training_sine"),
     Rule(r"compare (--variant \S*cia\S*)", "eight scenario seconds of slow solvers", r"compare campaign.toml \1"),
     Rule(r"compare --out (\S+)", "README.md runs all variants", r"compare --variant thesis_pd,nine_state --scenario sine_0 --out \1"),
-    Rule(r"compare experiments/data/tried/(\S+).*", "minutes; the file is read", r"check experiments/data/tried/\1"),
+    Rule(r"compare experiments/systems/actuator/data/tried/(\S+).*", "minutes; the file is read", r"check experiments/systems/actuator/data/tried/\1"),
     Rule(r"compare rig", "all shipped variants on the twin", r"compare rig --variant thesis_pd"),
     Rule(r"compare --variant a,b", "placeholders", "compare campaign.toml --variant thesis_pd,nine_state"),
     Rule(r"compare NAME", "a placeholder", "compare profile --variant thesis_pd"),
@@ -98,8 +98,8 @@ RULES = [
     Rule(r"compare baselines_training", "16 scenarios of every baseline", r"compare baselines_training --variant thesis_pd"),
     Rule(r"compare --model (?:FILE_OR_SET|results/found/parameters\.toml)", "all variants; the file is an earlier command's",
          "compare campaign.toml --model inferred"),
-    Rule(r"compare experiments/data/tried/identified\.toml --out (\S+)(?: --model \S+)?", "12 runs on the twin",
-         r"compare experiments/data/tried/identified.toml --scenario cycloidal --variant thesis_pd --model inferred --out \1"),
+    Rule(r"compare experiments/systems/actuator/data/tried/identified\.toml --out (\S+)(?: --model \S+)?", "12 runs on the twin",
+         r"compare experiments/systems/actuator/data/tried/identified.toml --scenario cycloidal --variant thesis_pd --model inferred --out \1"),
     # identify
     Rule(r"identify", "350 s of experiments", "identify --only charge"),
     Rule(r"identify --mismatch (\S+) --out (\S+)", "350 s of experiments", r"identify --only charge --mismatch \1 --out \2"),
@@ -120,7 +120,7 @@ RULES = [
     Rule(r"reproduce.*", "620 runs", "reproduce table-6-1 --format csv"),
     Rule(r"plot \[.*", "a synopsis", "plot campaign.toml --variant thesis_pd --scenario cycloidal_fast --svg plot.svg --seed 2"),
     Rule(r"study sweep FILE.*", "placeholders", "study sweep small_study.toml --svg study.svg"),
-    Rule(r"study (?:horizon|valves|forgetting)(.*)", "hundreds of runs", r"study sweep small_study.toml\1"),
+    Rule(r"study (?:horizon|valves|forgetting|inverter_horizon)(.*)", "hundreds of runs", r"study sweep small_study.toml\1"),
     Rule(r"study fishing(.*)", "grids of up to 1536 intervals", r"study fishing\1 --intervals 12,24"),
     Rule(r"study force-ratio((?: --(?:assumptions|out|svg) \S+)*)", "1000 runs",
          r"study force-ratio\1 --quick --shares 0,1 --evaluations 1 --plants 1 --judged 1"),
@@ -134,7 +134,7 @@ RULES = [
     Rule(r"tune nine_robust (.*) --evaluations 40 (.*)", "2900 runs",
          r"tune nine_robust \1 --evaluations 1 \2 --campaign small_tuning.toml"),
     Rule(r"tune (thesis_pd --free .*) --evaluations 20 (.*)", "480 runs", r"tune \1 --evaluations 1 \2 --campaign small_tuning.toml"),
-    Rule(r"tune (\S+ --campaign experiments/data/tried/\S+ .*) --evaluations \d+ (.*)", "hundreds of runs", r"tune \1 --evaluations 1 \2"),
+    Rule(r"tune (\S+ --campaign experiments/systems/actuator/data/tried/\S+ .*) --evaluations \d+ (.*)", "hundreds of runs", r"tune \1 --evaluations 1 \2"),
     Rule(r"tune (.*) --evaluations 40 (.*)", "80 runs", r"tune \1 --evaluations 1 \2"),
     # profile
     Rule(r"profile", "measures until it is quiet", "profile --variant thesis_pd --passes 1"),

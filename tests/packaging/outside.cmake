@@ -7,7 +7,7 @@ run(${CMAKE_COMMAND} -G Ninja -S ${SOURCE} -B ${WORK}/build -DCMAKE_PREFIX_PATH=
     -DSANITIZE=${SANITIZE})
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/outside)
-set(recorded ${SOURCE}/../../../experiments/data/instances/closed_loops.instances)
+set(recorded ${SOURCE}/../../../experiments/systems/actuator/data/instances/closed_loops.instances)
 run(${WORK}/build/instances ${recorded})
 run(${WORK}/build/fishing)
 run(${WORK}/build/one_change ${recorded})

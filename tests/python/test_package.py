@@ -70,6 +70,36 @@ class Runs(unittest.TestCase):
         self.assertEqual(set(np.unique(run.coils)) - {0, 1, 2, 3}, set())
 
 
+class Systems(unittest.TestCase):
+    TASKS = {"flyer_single": {"system": "thrusters", "trajectory": {"x": {"kind": "step", "height_m": 0.1}}, "duration_s": 2.0},
+             "inverter_n3": {"system": "inverter", "trajectory": {"kind": "rotating", "duration_s": 0.005}}}
+
+    def test_any_system_runs_under_its_own_names(self):
+        for name, keys in self.TASKS.items():
+            variant, task = solenoid.variant(name), solenoid.scenario(**keys)
+            self.assertEqual((variant.system, task.system), (keys["system"], keys["system"]))
+            run = solenoid.simulate(variant, task)
+            self.assertEqual(run.system, keys["system"])
+            names = dir(run)
+            first = next(n for n in names if n.startswith("reference_"))
+            self.assertEqual(getattr(run, first).shape, run.time_s.shape)
+            self.assertTrue(any(n.startswith("measured_") for n in names))
+            with self.assertRaises(AttributeError):
+                run.measured_position_m
+
+    def test_the_loop_by_hand_is_the_loop_of_simulate(self):
+        for name, keys in self.TASKS.items():
+            variant, task = solenoid.variant(name), solenoid.scenario(**keys)
+            run = solenoid.simulate(variant, task, seed=2)
+            controller, plant = solenoid.Controller(variant, task), solenoid.Plant(variant, task, seed=2)
+            for k in range(len(run)):
+                sensors = plant.read(run.time_s[k])
+                self.assertEqual(sensors.truth, list(run.truth[k]), k)
+                decision = controller.step(sensors)
+                self.assertEqual(decision.command.switches, run.switches[k], k)
+                plant.write(decision.command)
+
+
 class Stepping(unittest.TestCase):
     def test_the_loop_by_hand_is_the_loop_of_simulate(self):
         variant, task = solenoid.variant("thesis_pd_ekf"), short(payload_kg=0.1)

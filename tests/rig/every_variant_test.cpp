@@ -3,11 +3,12 @@
 #include "controllers/catalogue.hpp"
 #include "controllers/factory.hpp"
 #include "controllers/systems/actuator/actuator_guard.hpp"
+#include "controllers/systems/actuator/actuator_variant.hpp"
 #include "core/config/reader.hpp"
 #include "core/systems/actuator/valves.hpp"
 #include "experiments/campaign/campaign.hpp"
+#include "experiments/campaign/simulated_system.hpp"
 #include "experiments/rig/fault_table.hpp"
-#include "experiments/systems/actuator/plants/make_plant.hpp"
 
 #include <cmath>
 
@@ -16,8 +17,10 @@
 namespace solenoid {
 namespace {
 
+/// The rig is the actuator's; the others have their runs in any_system_run_test.cpp.
 bool runs_on_the_rig(const VariantConfig& v) {
-  const SolverRow* row = find_row(solver_rows(), v.solver);
+  if (system_of(v).name() != "actuator") return false;
+  const SolverRow* row = find_row(system_of(v).solvers(), v.solver);
   return !row || row->real_time;
 }
 
@@ -43,10 +46,10 @@ class EveryVariant : public testing::TestWithParam<std::string> {
 
 /// Bursts of skipped ticks, in and across slots: caught up with, no worse than a late plan, and forgotten soon.
 TEST_P(EveryVariant, CatchesUpWithSkippedTicks) {
-  const auto ladder = make_ladder(variant(), scenario().trajectory, scenario().plane, actuator_ladder(), {});
+  const auto ladder = make_ladder(variant(), scenario().trajectory, actuator_ladder(), {});
   const auto plant = make_plant(variant(), scenario(), 1);
   CommandLimits limits = make_limits(variant());
-  const ModeSet modes = valve_modes(variant().valves, variant().nominal);
+  const ModeSet modes = valve_modes(variant().modes, actuator(variant()).nominal);
   Decision d;
   double worst_m = 0.0;
   for (int k = 0; k < 1200; ++k) {
@@ -107,7 +110,7 @@ INSTANTIATE_TEST_SUITE_P(Shipped, EveryVariant, testing::ValuesIn(variants_for_t
 TEST(NotRealTime, IsRefusedWithWhatToRunInstead) {
   int refused = 0;
   for (const VariantConfig& v : shipped_variants()) {
-    if (runs_on_the_rig(v)) {
+    if (runs_on_the_rig(v) || system_of(v).name() != "actuator") {
       EXPECT_NO_THROW(require_real_time(v)) << v.name;
       continue;
     }

@@ -5,7 +5,9 @@
 #include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
 #include "experiments/campaign/campaign.hpp"
+#include "experiments/campaign/simulated_system.hpp"
 #include "experiments/rig/fault_table.hpp"
+#include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
 
 #include <cmath>
 #include <limits>
@@ -133,8 +135,7 @@ TEST(Ladder, IsRefusedWithoutBoundsForEveryChannel) {
   const Campaign campaign = read_campaign("rig", {{"nine_state"}, {"cycloidal"}});
   const ScenarioConfig& scenario = campaign.scenarios.front();
   for (const LadderSettings& lacking : {settings, LadderSettings{}})
-    EXPECT_THROW(make_ladder(campaign.variants.front(), scenario.trajectory, scenario.plane, lacking),
-                 std::invalid_argument);
+    EXPECT_THROW(make_ladder(campaign.variants.front(), scenario.trajectory, lacking), std::invalid_argument);
 }
 
 TEST(Ladder, LatchesSafeWithinASlotOfEachDanger) {
@@ -224,7 +225,7 @@ TEST(Ladder, KeepsCountOfTimeThroughSkippedTicks) {
   FakeClock clock;
   Stumbling plant(clock);
   plant.plant = make_plant(variant, scenario, 5);
-  const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, actuator_ladder(), nullptr);
+  const auto ladder = make_ladder(variant, scenario.trajectory, actuator_ladder(), nullptr);
   CommandLimits limits = make_limits(variant);
   Quiet quiet;
   ControlLoop loop(plant, clock, *ladder, limits, quiet);
@@ -296,12 +297,12 @@ TEST(Ladder, FindsNoFaultInASoundPlantWhateverItsPayloadFrictionAndFlow) {
        {World{0, 1, 1}, {0.15, 1, 1}, {0.46, 1, 1}, {0.15, 1.5, 0.9}, {0, 0.7, 1.1}, {0.15, 2.0, 0.8}}) {
     const Campaign campaign = read_campaign("rig", {{"nine_state"}, {"cycloidal"}});
     ScenarioConfig scenario = campaign.scenarios.front();
-    scenario.payload_kg = w.payload_kg;
-    scenario.mismatch.friction = w.friction;
-    scenario.mismatch.flow = w.flow;
+    actuator(scenario).payload_kg = w.payload_kg;
+    actuator(scenario).mismatch.friction = w.friction;
+    actuator(scenario).mismatch.flow = w.flow;
     const VariantConfig& variant = campaign.variants.front();
     const auto plant = make_plant(variant, scenario, 5);
-    const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, actuator_ladder(), nullptr);
+    const auto ladder = make_ladder(variant, scenario.trajectory, actuator_ladder(), nullptr);
     CommandLimits limits = make_limits(variant);
     FakeClock clock;
     Quiet quiet;

@@ -168,13 +168,13 @@ TEST(RunLog, NoticesADiskThatIsFullAndNeverWaitsForIt) {
 TEST(Replay, TellsAVariantWithOtherValvesTheModeThatOpensAlike) {
   const ModeSet two = valve_modes("two_way", {}), three = valve_modes("three_way", {}),
                 seven = valve_modes("seven_mode", {});
-  const auto to_two = translated_coils(three, two), to_three = translated_coils(two, three);
+  const auto to_two = translated_patterns(three, two), to_three = translated_patterns(two, three);
   EXPECT_THAT(to_two, testing::ElementsAre(0b1010, 0b1001, 0b0110, 0b0101));  // each chamber fills or exhausts
   ASSERT_EQ(to_three.size(), 16u);
   for (SwitchPattern p = 0; p < 4; ++p) EXPECT_EQ(to_three[to_two[p]], p);
   EXPECT_EQ(to_three[0b0001], 1u);  // B, held, is as far from filled as from exhausted: the first mode
   EXPECT_EQ(to_three[0b0000], 0u);
-  const auto to_seven = translated_coils(two, seven);  // the same coils, whether it would command them or not
+  const auto to_seven = translated_patterns(two, seven);  // the same coils, whether it would command them or not
   for (SwitchPattern p = 0; p < 16; ++p) EXPECT_EQ(to_seven[p], p);
 }
 

@@ -1,8 +1,10 @@
 #include "core/config/reader.hpp"
 #include "core/systems/actuator/signals.hpp"
+#include "experiments/campaign/simulated_system.hpp"
 #include "experiments/rig/emulated_node.hpp"
 #include "experiments/rig/rig_file.hpp"
 #include "experiments/rig/udp_io.hpp"
+#include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <cmath>
@@ -68,10 +70,16 @@ struct Mirror final : SimulatedPlant {
   Command last;
 };
 
+VariantConfig with_valves(const std::string& valves) {
+  VariantConfig variant = new_variant();
+  variant.modes = valves;
+  return variant;
+}
+
 struct NodeTest : testing::Test {
   EmulatedNode node{[](std::uint64_t) {
                       return std::make_unique<FaultyPlant>(std::make_unique<Mirror>(), std::vector<InjectedFault>{},
-                                                           "two_way", 1);
+                                                           with_valves("two_way"), 1);
                     },
                     Calibration{}, 0xF};
   std::uint32_t sequence = 100, session = 7;
@@ -141,22 +149,22 @@ TEST_F(NodeTest, RefusesWhatItsOutputsCannotBe) {
 }
 
 TEST(FaultScript, ReadsItsGrammarAndRefusesAllElse) {
-  const InjectedFault f = parse_fault("pressure_a:slow=0.05@2+1.5");
+  const InjectedFault f = parse_fault("pressure_a:slow=0.05@2+1.5", actuator_simulation());
   EXPECT_EQ(f.target, "pressure_a");
   EXPECT_EQ(f.kind, "slow");
   EXPECT_EQ(f.value, 0.05);
   EXPECT_TRUE(f.active(2.0) && f.active(3.4) && !f.active(3.5) && !f.active(1.9));
-  EXPECT_TRUE(parse_fault("process:killed@1").active(1e9));
+  EXPECT_TRUE(parse_fault("process:killed@1", actuator_simulation()).active(1e9));
   for (const char* bad : {"", "position", "position:off", "position:off@", "position:off@x", "position:off=3@1",
                           "position:slow@1", "valves:off@1", "nothing:off@1", "position:slow=nan@1"})
-    EXPECT_THROW(parse_fault(bad), ConfigError) << bad;
+    EXPECT_THROW(parse_fault(bad, actuator_simulation()), ConfigError) << bad;
 }
 
 TEST(FaultyPlant, SpoilsWhatTheScriptSaysWhenItSays) {
-  FaultyPlant plant(
-      std::make_unique<Mirror>(),
-      parse_faults({"position:offset=0.005@1+1", "pressure_a:off@1", "valves:swapped@1", "supply:lost@2"}), "two_way",
-      1);
+  FaultyPlant plant(std::make_unique<Mirror>(),
+                    parse_faults({"position:offset=0.005@1+1", "pressure_a:off@1", "valves:swapped@1", "supply:lost@2"},
+                                 actuator_simulation()),
+                    with_valves("two_way"), 1);
   EXPECT_EQ(plant.read(0.5).value[position_channel], 0.02);
   plant.write({0b0001, 1.0});
   EXPECT_EQ(plant.outputs().switches, 0b0001u);
@@ -202,7 +210,7 @@ TEST(RigFile, ReadsWiringAndRefusesWhatCannotBe) {
   const test::Folder folder;
   const auto read = [&](const std::string& text) {
     std::ofstream(folder / "rig.toml") << text;
-    return read_rig_file((folder / "rig.toml").string());
+    return read_rig_file((folder / "rig.toml").string(), actuator_simulation().system());
   };
   const RigFile rig = read(
       "[calibration]\nposition = { offset = 0.04, gain = 0.02 }\n[comedi]\ndevice = '/dev/comedi1'\n"

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "controllers/factory.hpp"
+#include "controllers/systems/actuator/actuator_variant.hpp"
 #include "controllers/systems/actuator/estimators/kalman.hpp"
 #include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
@@ -22,11 +23,11 @@ class DrawnWorld {
         lag_(tuning.pressure_filter_hz, actuator_timing.tick_s),
         modes_(valve_modes("three_way", ActuatorParameters())),
         timing_(modes_, actuator_timing.tick_s) {
-    VariantConfig variant;
-    variant.motor = "pd";
+    VariantConfig variant = new_variant();
+    actuator(variant).motor = "pd";
     variant.integral.gain = 0.005;
     const double start_m = ActuatorParameters().equilibrium_position_m();
-    controller_ = make_controller(variant, thesis_sine(start_m), Plane::vertical);
+    controller_ = make_controller(variant, thesis_sine(start_m));
     const double air = ActuatorParameters().atmospheric_pressure_pa;
     x_ = {start_m, 0.0, air, air, tuning.force_sigma_n * draw(), 0.0, 0.0, 0.0};
     x_[payload] = tuning.payload_mean_kg + tuning.payload_sigma_kg * draw();

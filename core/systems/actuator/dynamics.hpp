@@ -93,6 +93,10 @@ class PneumaticActuator {
   }
   /// Makes this load the model's own, friction unchanged: what a controller does with an estimate each period.
   void set_load(double payload_kg, double external_force_n) noexcept;
+  /// The same as what an instance keeps of it (instance_set.hpp): payload [kg], external force [N].
+  static constexpr std::size_t load_size = 2;
+  Vector<double, load_size> load() const noexcept { return {parameters_.payload_mass_kg, own_.external_force}; }
+  void set_load(const Vector<double, load_size>& load) noexcept { set_load(load[0], load[1]); }
 
   /// Pressure force of the cylinder [N], (4.3) with E9.
   template <class S>

@@ -105,6 +105,12 @@ void ActuatorParameters::validate(const std::string& where) const {
                        from, to));
 }
 
+const std::vector<std::string>& parameter_set_names() {
+  static const std::vector<std::string> names = {"consistent", "printed", "inferred", "printed+inferred",
+                                                 "consistent+no_rod_atmosphere"};
+  return names;
+}
+
 std::string named_parameters_help() {
   return "consistent | printed | inferred, each optionally +inferred, +no_rod_atmosphere";
 }

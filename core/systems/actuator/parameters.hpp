@@ -89,6 +89,8 @@ struct ActuatorParameters {
 /// Throws std::invalid_argument naming what is allowed.
 ActuatorParameters named_parameters(const std::string& name);
 
+/// The sets that listings show, the default first.
+const std::vector<std::string>& parameter_set_names();
 /// Says what named_parameters accepts, for help texts and errors.
 std::string named_parameters_help();
 

@@ -22,15 +22,31 @@ SystemDescription described() {
   s.axes = {
       {{"position", "m", "reference_m", "position", "desired position"}, "mm", 1e3, "velocity", "offset_m", 0.05}};
   s.reference_keys = {"reference_m", "reference_m_s"};
-  s.outputs = {{0, 0}, {0, 1}};
-  for (const char* metric :
-       {"rmse_mm", "mae_mm", "rmse_measured_mm", "mae_measured_mm", "sse_mean_abs_mm", "sse_abs_mean_mm",
-        "sse_max_abs_mm", "ssa_mm", "itae", "overshoot_percent", "coil_switches", "switches_per_s",
-        "steady_switches_per_s", "air_g", "air_nl", "steady_air_g_per_s", "motor_rms_n"})
-    s.metrics.push_back({metric, metric == std::string("coil_switches")});
+  s.outputs = {{0, 0, "position", "1/m2"}, {0, 1, "velocity", "s2/m2"}};
+  s.metrics = {{.key = "rmse_mm", .heading = "RMSE mm"},
+               {.key = "mae_mm", .heading = "MAE mm"},
+               {.key = "rmse_measured_mm", .heading = "measured RMSE"},
+               {.key = "mae_measured_mm", .meaning = "MAE, measured"},
+               {.key = "sse_mean_abs_mm", .meaning = "steady state: mean |error|"},
+               {.key = "sse_abs_mean_mm", .meaning = "steady state: |mean error|"},
+               {.key = "sse_max_abs_mm", .meaning = "steady state: largest error"},
+               {.key = "ssa_mm", .meaning = "steady state: swing"},
+               {.key = "itae"},
+               {.key = "overshoot_percent", .meaning = "overshoot, %"},
+               {.key = "coil_switches", .whole = true, .heading = "switches"},
+               {.key = "switches_per_s", .heading = "switches/s", .effort = true, .detail = false},
+               {.key = "steady_switches_per_s"},
+               {.key = "air_g", .heading = "air g", .effort = true},
+               {.key = "air_nl"},
+               {.key = "steady_air_g_per_s"},
+               {.key = "motor_rms_n", .heading = "motor N", .best_least = false}};
+  s.judged = {"rmse_mm", "true position error"};
+  s.conditions = {{"payload", "kg", "payload_kg", "payload"}};
+  s.consumption = {"air", "kg", "air_kg", "supply air"};
   s.timing = actuator_timing;
   s.switches_key = "coils";
   s.switch_noun = "coil";
+  s.modes_key = "valves";
   return s;
 }
 

@@ -1,5 +1,7 @@
 #include "core/systems/inverter/inverter.hpp"
 
+#include "core/config/reader.hpp"
+
 #include <complex>
 #include <stdexcept>
 #include <string>
@@ -13,6 +15,20 @@ void require_positive(const char* name, double value) {
 }
 
 }  // namespace
+
+InverterParameters read_inverter(TableReader& table) {
+  InverterParameters p;
+  const Range positive{0.0, 1e9, true};
+  p.dc_link_v = table.number_or("dc_link_v", p.dc_link_v, positive);
+  p.resistance_ohm = table.number_or("resistance_ohm", p.resistance_ohm, positive);
+  p.inductance_h = table.number_or("inductance_h", p.inductance_h, positive);
+  p.emf_amplitude_v = table.number_or("emf_amplitude_v", p.emf_amplitude_v, Range::between(0.0, 1e9));
+  p.emf_frequency_hz = table.number_or("emf_frequency_hz", p.emf_frequency_hz, Range::between(0.0, 1e6));
+  p.rated_current_a = table.number_or("rated_current_a", p.rated_current_a, positive);
+  p.switching_delay_s = table.number_or("switching_delay_s", p.switching_delay_s, Range::between(0.0, 1.0));
+  table.finish();
+  return p;
+}
 
 InverterLoad::InverterLoad(const InverterParameters& parameters) : parameters_(parameters) {
   require_positive("dc_link_v", parameters.dc_link_v);

@@ -8,6 +8,8 @@
 
 namespace solenoid {
 
+class TableReader;
+
 /// What a three-phase inverter feeds. The defaults are a medium-voltage drive like the one on which multistep direct MPC
 /// was introduced: T. Geyer, D. E. Quevedo, "Multistep Finite Control Set Model Predictive Control for Power
 /// Electronics", IEEE Trans. Power Electronics 29(12), 2014, an induction machine at a neutral-point-clamped inverter.
@@ -26,7 +28,12 @@ struct InverterParameters {
   double rated_current_a = 503.5;   ///< amplitude: sqrt(2) 356 A
   double sampling_s = 25e-6;        ///< usual for such drives with direct control; not compared with the paper's text
   double switching_delay_s = 0.0;   ///< from a command to its effect, dead time included
+  bool operator==(const InverterParameters&) const = default;
 };
+
+/// Reads parameters by the names of the fields above, but the sampling; a table says those that differ. Throws ConfigError
+/// with file, line, key and what is allowed.
+InverterParameters read_inverter(TableReader& table);
 
 /// The amplitude-invariant Clarke transform: of three phase quantities the vector (alpha, beta) without their mean.
 template <class S>

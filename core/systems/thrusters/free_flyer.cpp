@@ -2,6 +2,8 @@
 
 #include "core/config/reader.hpp"
 
+#include <vector>
+
 #include <fmt/format.h>
 
 namespace solenoid {
@@ -14,12 +16,10 @@ struct FreeFlyerField {
   Range range;
 };
 
-}  // namespace
-
-void FreeFlyerParameters::validate(const std::string& where) const {
+const std::vector<FreeFlyerField>& free_flyer_fields() {
   using P = FreeFlyerParameters;
   static const Range positive{0.0, 1e9, true}, time{0.0, 10.0}, any{-1e9, 1e9};
-  static const FreeFlyerField fields[] = {
+  static const std::vector<FreeFlyerField> fields = {
       {"mass_kg", &P::mass_kg, positive},
       {"inertia_kg_m2", &P::inertia_kg_m2, positive},
       {"thrust_n", &P::thrust_n, positive},
@@ -33,10 +33,24 @@ void FreeFlyerParameters::validate(const std::string& where) const {
       {"external_force_y_n", &P::external_force_y_n, any},
       {"external_torque_nm", &P::external_torque_nm, any},
   };
-  for (const FreeFlyerField& field : fields)
+  return fields;
+}
+
+}  // namespace
+
+void FreeFlyerParameters::validate(const std::string& where) const {
+  for (const FreeFlyerField& field : free_flyer_fields())
     if (!field.range.contains(this->*field.value))
       throw ConfigError(
           fmt::format("{}: {} = {} (allowed: {})", where, field.name, this->*field.value, field.range.text()));
+}
+
+FreeFlyerParameters read_free_flyer(TableReader& table) {
+  FreeFlyerParameters p;
+  for (const FreeFlyerField& field : free_flyer_fields())
+    p.*field.value = table.number_or(field.name, p.*field.value, field.range);
+  table.finish();
+  return p;
 }
 
 FreeFlyer::FreeFlyer(const FreeFlyerParameters& parameters)

@@ -9,6 +9,8 @@
 
 namespace solenoid {
 
+class TableReader;
+
 /// The parameters are those of REACSA, the platform on air bearings of ESA's Orbital Robotics Laboratory, unless a
 /// field says otherwise. Sources by number:
 ///
@@ -37,7 +39,12 @@ struct FreeFlyerParameters {
 
   /// Throws ConfigError, naming the field; `where` begins the message.
   void validate(const std::string& where) const;
+  bool operator==(const FreeFlyerParameters&) const = default;
 };
+
+/// Reads parameters by the names of the fields above; a table says those that differ. Throws ConfigError with file, line,
+/// key and what is allowed.
+FreeFlyerParameters read_free_flyer(TableReader& table);
 
 /// A planar free-flyer with eight on/off thrusters: a disc on air bearings.
 ///
@@ -72,6 +79,16 @@ class FreeFlyer {
   explicit FreeFlyer(const FreeFlyerParameters& parameters = {});
 
   const FreeFlyerParameters& parameters() const { return parameters_; }
+
+  /// What an instance keeps of it (instance_set.hpp): accelerations [m/s2] and angular acceleration [rad/s2] from outside,
+  /// in the floor's axes, in place of the parameters' force and torque.
+  static constexpr std::size_t load_size = 3;
+  Vector<double, load_size> load() const noexcept { return {external_x_, external_y_, external_turn_}; }
+  void set_load(const Vector<double, load_size>& load) noexcept {
+    external_x_ = load[0];
+    external_y_ = load[1];
+    external_turn_ = load[2];
+  }
 
   /// What the thrusters do: acceleration in the body's axes [m/s2] and angular acceleration [rad/s2].
   template <class S>

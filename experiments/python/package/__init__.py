@@ -25,7 +25,7 @@ __all__ = [
 ]
 
 
-def variant(name, /, base=None, campaign="default", **changes):
+def variant(name, /, base=None, campaign=None, **changes):
     """A variant by name, with some of its keys set to other values.
 
     `variant("nine_robust")` is the shipped one; `variant("mine", base="nine_robust", cost={"switching": 1e-8})` a new one
@@ -35,12 +35,13 @@ def variant(name, /, base=None, campaign="default", **changes):
     if base is None and changes and name not in variants():
         table = {}
     else:
-        table = configuration(campaign, [base or name])["variant"][base or name]
+        table = configuration(campaign or _core.home(base or name), [base or name])["variant"][base or name]
     return _core.variant_from(name, _toml(_merged(table, changes)))
 
 
 def scenario(name="scenario", /, trajectory=None, **keys):
-    """A task and its plant; `trajectory` is a kind ("cycloidal", "sine", ...) or a table. Default: the cycloid."""
+    """A task and its plant; `trajectory` is a kind ("cycloidal", "sine", ...) or a table. Default: the cycloid. Of a system
+    with several axes (`system="thrusters"`) it is a table each by their names."""
     if not isinstance(trajectory, dict):
         trajectory = {"kind": trajectory or "cycloidal"}
     return _core.scenario_from(_toml({"name": name, "trajectory": trajectory, **keys}))

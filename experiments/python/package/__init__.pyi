@@ -12,25 +12,29 @@ class ConfigError(ValueError):
 
 @final
 class Variant:
-    """A controller as data."""
+    """A controller as data; the mode set also goes by the system's key for it (`valves`), and keys without a dot are
+    attributes (`motor`)."""
     name: str
+    system: str
     summary: str
-    valves: str
+    modes: str
     solver: str
-    motor: str
     estimator: str
-    settings: dict[str, float | int | bool | None]
-    """Every numeric key by its dotted name, as this variant has it: `./solenoid list keys`."""
+    settings: dict[str, float | int | bool | str | list[int] | None]
+    """Every key by its dotted name, as this variant has it: `./solenoid list keys --system NAME`."""
+    def __getattr__(self, name: str) -> Any: ...
 
 @final
 class Scenario:
     """A task and the plant it is done on, as data."""
     name: str
-    plant: str
-    payload_kg: float
+    system: str
+    conditions: dict[str, float]
+    """Numbers of its plant that runs are recorded with, each also an attribute: `payload_kg`."""
     duration_s: float
-    def reference(self, time_s: float) -> tuple[float, float, float]:
-        """Desired position [m], velocity [m/s] and acceleration [m/s2]."""
+    def reference(self, time_s: float, axis: int = 0) -> tuple[float, float, float]:
+        """Desired value of an axis, its rate and acceleration, in the axis's unit."""
+    def __getattr__(self, name: str) -> float: ...
 
 @final
 class Percentiles:
@@ -42,24 +46,9 @@ class Percentiles:
 
 @final
 class Metrics:
-    """How a run went; errors are desired minus true position [mm] unless they say `measured`."""
-    rmse_mm: float
-    mae_mm: float
-    rmse_measured_mm: float
-    mae_measured_mm: float
-    sse_mean_abs_mm: float
-    sse_abs_mean_mm: float
-    sse_max_abs_mm: float
-    ssa_mm: float
-    itae: float
-    overshoot_percent: float
-    coil_switches: int
-    switches_per_s: float
-    steady_switches_per_s: float
-    air_g: float
-    air_nl: float
-    steady_air_g_per_s: float
-    motor_rms_n: float
+    """How a run went: the system's metrics by their names, of the actuator rmse_mm, mae_mm, air_g, coil_switches and so
+    on (docs/reference/configuration.md), and what the solver did."""
+    def __getattr__(self, name: str) -> float: ...
     solve_us: Percentiles
     deadline_misses: int
     proven_optimal_fraction: float
@@ -67,20 +56,19 @@ class Metrics:
 
 @final
 class Run:
-    """A finished run, one row a tick of 1 ms. Arrays are read-only views of its memory and keep it alive."""
+    """A finished run, one row a tick. Arrays are read-only views of its memory and keep it alive.
+
+    By the system's names: measured channels (`measured_position_m`), references (`reference_m`), the pattern of switches
+    (`coils`), continuous inputs (`motor_n`), what the estimator believes beyond the state (`payload_kg`); `dir(run)` has
+    all of them."""
+    system: str
     metrics: Metrics
     time_s: NDArray[np.float64]
-    truth: NDArray[np.float64]  # position [m], velocity [m/s], pressures A and B [Pa]
+    truth: NDArray[np.float64]  # the true states, in the system's order
     estimate: NDArray[np.float64]  # the same, as the controller believes
-    measured_position_m: NDArray[np.float64]
-    measured_pressure_a_pa: NDArray[np.float64]
-    measured_pressure_b_pa: NDArray[np.float64]
-    reference_m: NDArray[np.float64]
-    reference_m_s: NDArray[np.float64]
-    coils: NDArray[np.uint32]  # bit c: coil c on
-    motor_force_n: NDArray[np.float64]
-    payload_kg: NDArray[np.float64]  # estimated
-    disturbance_n: NDArray[np.float64]  # estimated
+    switches: NDArray[np.uint32]  # bit c: switch c on
+    continuous: NDArray[np.float64]  # written, after the limits
+    def __getattr__(self, name: str) -> NDArray[Any]: ...
     solved: NDArray[np.bool_]  # whether cost, solve_us and nodes belong to this tick
     cost: NDArray[np.float64]
     solve_us: NDArray[np.float64]
@@ -89,33 +77,36 @@ class Run:
 
 @final
 class Sensors:
+    """Values of the measured channels, each also by its name (`position_m`)."""
     time_s: float
-    position_m: float
-    pressure_a_pa: float
-    pressure_b_pa: float
+    value: list[float]
     truth: list[float]
     ideal: bool
     def __init__(self) -> None: ...
+    def __getattr__(self, name: str) -> float: ...
+    def __setattr__(self, name: str, value: Any) -> None: ...
 
 @final
 class Command:
+    switches: int  # also `coils`
+    continuous: list[float]
     coils: int
     motor_force_n: float
     def __init__(self, coils: int = 0, motor_force_n: float = 0.0) -> None: ...
 
 @final
 class Decision:
+    """References and beliefs are there by their names too (`reference_m`, `payload_kg`)."""
     command: Command
     estimate: list[float]
-    reference_m: float
-    payload_kg: float
     solved: bool
     cost: float
     solve_us: float
+    def __getattr__(self, name: str) -> float: ...
 
 @final
 class Controller:
-    """Sensors in, commands out, once a millisecond."""
+    """Sensors in, commands out, once a tick."""
     def __init__(self, variant: Variant, scenario: Scenario) -> None: ...
     def step(self, sensors: Sensors) -> Decision: ...
     def applied(self, command: Command) -> None:
@@ -124,6 +115,7 @@ class Controller:
 @final
 class Plant:
     """The scenario's simulated plant."""
+    consumed: float  # of what its models consume, also by name: `air_used_kg`
     air_used_kg: float
     def __init__(self, variant: Variant, scenario: Scenario, seed: int = 1) -> None: ...
     def read(self, time_s: float) -> Sensors: ...
@@ -132,7 +124,7 @@ class Plant:
 def variants() -> list[str]: ...
 def campaigns() -> list[str]: ...
 def simulate(variant: Variant, scenario: Scenario, seed: int = 1) -> Run: ...
-def variant(name: str, /, base: str | None = None, campaign: str | PathLike[str] = "default", **changes: Any) -> Variant: ...
+def variant(name: str, /, base: str | None = None, campaign: str | PathLike[str] | None = None, **changes: Any) -> Variant: ...
 def scenario(name: str = "scenario", /, trajectory: str | dict[str, Any] | None = None, **keys: Any) -> Scenario: ...
 def configuration(campaign: str | PathLike[str] = "default", variants: Sequence[str] = (),
                   scenarios: Sequence[str] = ()) -> dict[str, Any]: ...

@@ -59,11 +59,6 @@ class Chart {
 
 const MANY_SCENARIOS = 20;  // from which on percentiles and intervals say something
 
-const EFFORTS = [
-  { key: "switches_per_s", label: "coil switches [1/s]", title: "Error against switching" },
-  { key: "air_g", label: "supply air [g a run]", title: "Error against air" },
-];
-
 const overlap = (a, b) => a.x < b.x + b.w && b.x < a.x + a.w && a.y < b.y + b.h && b.y < a.y + a.h;
 
 // Names beside their points: the nearest place where they cover nothing.
@@ -88,37 +83,41 @@ function placeLabels(chart, points) {
   }
 }
 
-// The ranked variants as points, with the front that no variant is better than in both.
-function paretoChart(variants, effort, intervals) {
-  const chart = new Chart(430, 240, `${effort.title}: ${variants.map((v) => `${v.variant} ${shortNumber(v.rmse_mm)} mm at ${shortNumber(v[effort.key])}`).join("; ")}`);
+const inBrackets = ({ label, unit }) => (unit ? `${label} [${unit}]` : label);
+
+// The ranked variants as points, their error against one of the efforts, with the front that no variant is better than in both.
+function paretoChart(variants, system, effort, intervals) {
+  const error = (v) => v[system.judged], cost = (v) => v[effort.key];
+  const title = `Error against ${effort.label}`;
+  const chart = new Chart(430, 240, `${title}: ${variants.map((v) => `${v.variant} ${shortNumber(error(v))} ${system.unit} at ${shortNumber(cost(v))}`).join("; ")}`);
   const { left, right, top, bottom } = chart.box;
-  chart.add("text", { class: "title", x: left, y: 12 }, effort.title);
-  const margin = (v) => (intervals ? v.rmse_margin : 1);
-  const lows = variants.map((v) => v.rmse_mm / margin(v)), highs = variants.map((v) => v.rmse_mm * margin(v));
+  chart.add("text", { class: "title", x: left, y: 12 }, title);
+  const margin = (v) => (intervals ? v[system.margin] : 1);
+  const lows = variants.map((v) => error(v) / margin(v)), highs = variants.map((v) => error(v) * margin(v));
   const low = 0.8 * Math.min(...lows), high = 1.25 * Math.max(...highs);
-  const most = 1.12 * Math.max(...variants.map((v) => v[effort.key]), 1e-9);
+  const most = 1.12 * Math.max(...variants.map(cost), 1e-9);
   const x = chart.scale(left, right, 0, most), y = chart.scale(bottom, top, low, high, true);
-  chart.xAxis(x, roundTicks(0, most, 6), effort.label);
-  chart.yAxis(y, logTicks(low, high), "RMSE [mm], log scale");
-  const sorted = [...variants].sort((a, b) => a[effort.key] - b[effort.key]);
+  chart.xAxis(x, roundTicks(0, most, 6), inBrackets(effort));
+  chart.yAxis(y, logTicks(low, high), `${inBrackets(system)}, log scale`);
+  const sorted = [...variants].sort((a, b) => cost(a) - cost(b));
   let best = Infinity, path = "";
   for (const v of sorted) {
-    if (v.rmse_mm >= best) continue;
-    path += path ? `H${x(v[effort.key])}V${y(v.rmse_mm)}` : `M${x(v[effort.key])} ${y(v.rmse_mm)}`;
-    best = v.rmse_mm;
+    if (error(v) >= best) continue;
+    path += path ? `H${x(cost(v))}V${y(error(v))}` : `M${x(cost(v))} ${y(error(v))}`;
+    best = error(v);
   }
   chart.add("path", { class: "front", d: path + `H${right}` });
-  const points = sorted.map((v) => ({ name: v.variant, x: x(v[effort.key]), y: y(v.rmse_mm), v }));
+  const points = sorted.map((v) => ({ name: v.variant, x: x(cost(v)), y: y(error(v)), v }));
   for (const { x: px, y: py, v } of points) {
-    if (margin(v) > 1) chart.add("line", { class: "margin", x1: px, x2: px, y1: y(v.rmse_mm / margin(v)), y2: y(v.rmse_mm * margin(v)) });
+    if (margin(v) > 1) chart.add("line", { class: "margin", x1: px, x2: px, y1: y(error(v) / margin(v)), y2: y(error(v) * margin(v)) });
     chart.add("circle", { class: "point", cx: px, cy: py, r: 4 }).append(
-      svgElement("title", {}, `${v.variant}: RMSE ${shortNumber(v.rmse_mm)} mm, ${effort.label} ${shortNumber(v[effort.key])}`));
+      svgElement("title", {}, `${v.variant}: ${system.label} ${shortNumber(error(v))} ${system.unit}, ${inBrackets(effort)} ${shortNumber(cost(v))}`));
   }
   placeLabels(chart, points);
   return chart.svg;
 }
 
-function drawPareto(place, ranking) {
-  const ranked = ranking.variants.filter((v) => v.ranked && v.rmse_mm > 0);
-  place.replaceChildren(...(ranked.length ? EFFORTS.map((effort) => paretoChart(ranked, effort, ranking.common >= MANY_SCENARIOS)) : []));
+function drawPareto(place, ranking, system) {
+  const ranked = ranking.variants.filter((v) => v.ranked && v[system.judged] > 0);
+  place.replaceChildren(...(ranked.length ? system.efforts.map((effort) => paretoChart(ranked, system, effort, ranking.common >= MANY_SCENARIOS)) : []));
 }

@@ -10,7 +10,7 @@ class GrowingTrace {
     this.received = 0;
     this.trace = null;
   }
-  // {run, from, columns: {tick: [...], ...}, cylinder_force, modes, ...}: samples from number `from` on. True if anything is new.
+  // {run, from, columns: {tick: [...], ...}, and what a trace's header says}: samples from number `from` on. True if anything is new.
   take(news) {
     if (!news.run) return false;
     if (news.run !== this.id || news.from !== this.received) this.start(news.run);
@@ -25,10 +25,11 @@ class GrowingTrace {
 
 function joined(before, after) {
   const all = { ...after };
-  for (const name of ["time", ...Object.keys(UNITS)]) {
-    all[name] = new Float64Array(before[name].length + after[name].length);
+  for (const [name, values] of Object.entries(after)) {
+    if (name === "header") continue;
+    all[name] = new Float64Array(before[name].length + values.length);
     all[name].set(before[name]);
-    all[name].set(after[name], before[name].length);
+    all[name].set(values, before[name].length);
   }
   return all;
 }

@@ -7,7 +7,7 @@ class Page {
     this.report = report;
     this.limit = RUNS_AT_ONCE;
     this.chosen = { a: "", b: "" };
-    this.ranked = new SortedTable(byId("ranked"), RANKED_COLUMNS, "Variants ranked by the geometric mean of their RMSE", { key: "rank", descending: false });
+    this.ranked = new SortedTable(byId("ranked"), rankedColumns(report.system), `Variants ranked by the geometric mean of their ${report.system.label}`, { key: "rank", descending: false });
     const pick = {
       key: "pick", label: "Plot", fixed: true, left: true, css: "on-screen", value: () => "",
       show: (run) => element("span", {}, ...["a", "b"].map((slot) => element("button", {
@@ -15,7 +15,7 @@ class Page {
         "aria-label": `Plot ${run.scenario}, ${run.variant}, seed ${run.seed} as run ${slot.toUpperCase()}`, onclick: () => this.choose(slot, this.chosen[slot] === run.id && slot === "b" ? "" : run.id) },
         slot.toUpperCase()))),
     };
-    this.runTable = new SortedTable(byId("run-table"), [pick, ...RUN_COLUMNS], "Runs", { key: "", descending: false });
+    this.runTable = new SortedTable(byId("run-table"), [pick, ...runColumns(report.system, report.deadline_us)], "Runs", { key: "", descending: false });
     this.curves = new Curves(byId("curves"));
     this.listen();
     this.update(report);
@@ -26,7 +26,6 @@ class Page {
     for (const id of ["search", "scenario", "variant", "status"]) byId(id).addEventListener("input", () => { this.limit = RUNS_AT_ONCE; this.drawRuns(); });
     byId("more").addEventListener("click", () => { this.limit += 5 * RUNS_AT_ONCE; this.drawRuns(); });
     for (const slot of ["a", "b"]) byId(`run-${slot}`).addEventListener("change", (event) => this.choose(slot, event.target.value));
-    byId("fourth").addEventListener("change", () => this.curves.draw());
     byId("zoom-in").addEventListener("click", () => this.curves.zoomBy(0.5));
     byId("zoom-out").addEventListener("click", () => this.curves.zoomBy(2));
     byId("pan-left").addEventListener("click", () => this.curves.pan(-0.5));
@@ -75,8 +74,8 @@ class Page {
 
   drawGroup() {
     const ranking = this.report.rankings[Number(byId("group").value)] ?? this.report.rankings[0];
-    drawRanking(this.ranked, ranking);
-    drawPareto(byId("pareto"), ranking);
+    drawRanking(this.ranked, ranking, this.report.system);
+    drawPareto(byId("pareto"), ranking, this.report.system);
     const scenarios = new Set(ranking.scenarios);
     drawSolveTimes(this.report, this.report.runs.filter((run) => scenarios.has(run.scenario)));
     byId("solve-note").textContent = `all solves over ${ranking.name}; one control period is ${duration(this.report.deadline_us)}; bins of a tenth of a decade`;
@@ -104,7 +103,7 @@ class Page {
     for (const button of byId("run-table").querySelectorAll(`.pick[data-slot="${slot}"]`)) button.setAttribute("aria-pressed", "false");
     this.runTable.draw();
     const found = this.runsById.get(id);
-    drawMetrics({ a: this.runsById.get(this.chosen.a)?.run, b: this.runsById.get(this.chosen.b)?.run });
+    drawMetrics(this.report.system, { a: this.runsById.get(this.chosen.a)?.run, b: this.runsById.get(this.chosen.b)?.run });
     if (id === LIVE_RUN.id) return this.holdGrowing(slot);
     return this.curves.show(slot, found?.run, found?.index).catch((problem) => this.fail(`Curves of ${id}: ${problem.message}`));
   }
@@ -127,7 +126,7 @@ class Page {
   }
 
   drawSetup() {
-    const { manifest } = this.report;
+    const { manifest, system: { modes_key } } = this.report;
     const program = manifest.program ?? {}, machine = manifest.machine ?? {};
     const entries = [
       ["Campaign", `${manifest.campaign}: ${this.report.folder_name}`],
@@ -138,9 +137,9 @@ class Page {
     ];
     byId("machine").replaceChildren(...entries.filter(([, value]) => value !== undefined && value !== "").flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, String(value))]));
     byId("variants").replaceChildren(
-      element("thead", {}, element("tr", {}, ...["Variant", "Valves", "Solver", "Motor", "Summary"].map((head) => element("th", { class: "left", scope: "col" }, head)))),
+      element("thead", {}, element("tr", {}, ...["Variant", capital(modes_key), "Solver", "Estimator", "Summary"].map((head) => element("th", { class: "left", scope: "col" }, head)))),
       element("tbody", {}, ...this.report.variants.map((v) => element("tr", {}, element("th", { class: "left", scope: "row" }, v.name),
-        ...[v.valves, v.solver, v.motor, v.summary].map((text) => element("td", { class: "left" }, text))))));
+        ...[v[modes_key], v.solver, v.estimator, v.summary].map((text) => element("td", { class: "left" }, text))))));
     byId("toml").textContent = this.report.resolved_toml;
     byId("manifest").textContent = JSON.stringify(manifest, null, 2);
   }

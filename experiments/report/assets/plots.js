@@ -1,22 +1,30 @@
-// The five plots over one time axis: position, error, valve mode, force or pressures, motor.
+// The plots over one time axis, as the run's header has them: its system's panels (trace_layout.hpp).
 
-const PANELS = [
-  { key: "position", label: "position [mm]", signals: ["position", "reference"], height: 112 },
-  { key: "error", label: "error [mm]", signals: ["error"], height: 96 },
-  { key: "mode", label: "valve mode", signals: ["mode"], height: 126 },
-  { key: "fourth", label: "cylinder [N]", signals: ["cylinder"], height: 96 },
-  { key: "motor", label: "motor [N]", signals: ["motor"], height: 90 },
-];
-const FOURTH = {
-  cylinder: { label: "cylinder [N]", signals: ["cylinder"] },
-  pressure: { label: "pressure [kPa]", signals: ["pressure_a", "pressure_b"] },
-};
 const LEFT = 70, RIGHT = 128, TIME_AXIS = 38;  // px beside and below the plots
-const READOUT = [
-  ["time", "s", 3], ["reference", "mm", 3], ["position", "mm", 3], ["error", "mm", 3], ["mode", "", 0],
-  ["cylinder", "N", 2], ["pressure_a", "kPa", 1], ["pressure_b", "kPa", 1], ["motor", "N", 2],
-];
-const READOUT_NAMES = { pressure_a: "pressure A", pressure_b: "pressure B", mode: "valve mode" };
+const DASHES = [undefined, [3, 3], [9, 3, 2, 3], [1, 3]];  // of curves of one panel
+const DESIRED_DASH = [7, 5];
+const LEAST_TICKS = 10;  // that a zoomed view is wide
+
+// px: a motion that is followed has the most room for its shape, names of modes need a line each.
+const heightOf = (panel) => (panel.modes ? 126 : panel.limit > 0 ? 90 : panel.curves.some(({ desired }) => desired) ? 112 : 96);
+const panelLabel = ({ label, unit }) => (unit ? `${label} [${unit}]` : label);
+
+// Text beside an axis of `room` px: smaller if it must be, then cut, but for the unit. The legend names the curves in full.
+function fittingLabel({ label, unit }, room) {
+  const most = (size) => Math.floor(room / (0.52 * size)), whole = panelLabel({ label, unit });
+  const size = [12, 11, 10].find((candidate) => whole.length <= most(candidate));
+  if (size) return { text: whole, size };
+  const left = Math.max(3, most(10) - panelLabel({ label: "\u2026", unit }).length);
+  return { text: panelLabel({ label: `${label.slice(0, left)}\u2026`, unit }), size: 10 };
+}
+
+// Each curve that is desired before the one that is to follow it.
+function desiredFirst(curves) {
+  const list = [];
+  for (const curve of curves) list.splice(curve.desired && list.length && !list.at(-1).desired ? -1 : list.length, 0, curve);
+  return list;
+}
+const actualCurves = (panel) => panel.curves.filter(({ desired }) => !desired);
 
 // A piece of line as it is drawn in the plots.
 function lineDrawing(name, dash) {
@@ -31,7 +39,9 @@ class Curves {
     this.slots = { a: null, b: null };  // {run, overview, full}
     this.view = null;                   // {from, to} in s; null: all
     this.plots = [];
+    this.panels = [];                   // those that are drawn
     this.modes = [];
+    this.chosen = {};                   // label of the panel by the name of its choice
     new ResizeObserver(() => this.resize()).observe(place);
     place.addEventListener("keydown", (event) => this.key(event));
   }
@@ -62,9 +72,10 @@ class Curves {
   traceOf(held) { return this.view && held.full ? held.full : held.overview; }
 
   zoom(view) {
+    if (!this.held().length) return;
     const whole = this.whole();
     if (view) {
-      const width = Math.max(0.01, view.to - view.from);
+      const width = Math.max(LEAST_TICKS * this.tick(), view.to - view.from);
       const from = Math.min(Math.max(view.from, whole.from), Math.max(whole.from, whole.to - width));
       view = { from, to: Math.min(from + width, whole.to) };
       if (view.from <= whole.from && view.to >= whole.to) view = null;
@@ -87,22 +98,53 @@ class Curves {
   collectModes() {
     this.modes = [];
     for (const { overview } of this.held())
-      for (const name of overview.modes) if (!this.modes.includes(name)) this.modes.push(name);
+      for (const name of overview.header.modes) if (!this.modes.includes(name)) this.modes.push(name);
   }
-  labelOf(panel) { return panel.key === "fourth" ? FOURTH[byId("fourth").value].label : panel.label; }
-  signalsOf(panel) { return panel.key === "fourth" ? FOURTH[byId("fourth").value].signals : panel.signals; }
-  // Run B's reference is drawn where it is another than A's.
-  shown(held, signal) {
-    return signal !== "reference" || held.slot === "a" || !this.slots.a?.overview || this.slots.a.run.scenario !== held.run.scenario;
+  header() { return this.held()[0].overview.header; }
+  tick() { return Math.min(...this.held().map(({ overview }) => overview.header.tick_s)); }
+  // In what people read times: brief runs in ms. {unit, scale, digits}
+  timeUnit() {
+    const { from, to } = this.whole(), brief = to - from < 0.101;
+    return { unit: brief ? "ms" : "s", scale: brief ? 1e3 : 1, digits: Math.max(3, decimalsOf((brief ? 1e3 : 1) * this.tick())) };
+  }
+  timeText(time) {
+    const { scale, digits } = this.timeUnit();
+    return fixed(scale * time, digits);
+  }
+
+  // Panels of one choice share a place; which of them has it is chosen in a list beside the buttons.
+  collectPanels() {
+    const { panels } = this.header();
+    const groups = new Map();
+    for (const panel of panels) if (panel.choice) groups.set(panel.choice, [...(groups.get(panel.choice) ?? []), panel.label]);
+    for (const [choice, labels] of groups) if (!labels.includes(this.chosen[choice])) this.chosen[choice] = labels[0];
+    this.panels = panels.filter(({ choice, label }) => !choice || this.chosen[choice] === label);
+    const place = byId("choices"), shape = JSON.stringify([...groups]);
+    place.hidden = groups.size === 0;
+    if (place.dataset.shape === shape) return;
+    place.dataset.shape = shape;
+    place.replaceChildren(...[...groups].map(([choice, labels]) => {
+      const select = element("select", { id: `choice-${choice}` });
+      setOptions(select, labels.map((label) => [label, label]));
+      select.value = this.chosen[choice];
+      select.addEventListener("change", () => { this.chosen[choice] = select.value; this.draw(); });
+      return element("label", {}, `${capital(choice)} plot `, select);
+    }));
+  }
+  // Curves that a run has: another variant's may lack one. What run B is to follow is drawn where it is another than A's.
+  curvesOf(panel, held) {
+    const again = held.slot === "b" && this.slots.a?.overview && this.slots.a.run.scenario === held.run.scenario;
+    return panel.curves.filter(({ signal, desired }) => held.overview[signal] && !(desired && again));
   }
 
   dataOf(panel) {
     const { from, to } = this.range();
     const tables = this.held().map((held) => {
       const trace = this.traceOf(held);
-      const names = this.signalsOf(panel).filter((signal) => this.shown(held, signal));
+      const names = this.curvesOf(panel, held).map(({ signal }) => signal);
       const part = windowOf(trace, names, from, to, Math.max(300, this.place.clientWidth - LEFT - RIGHT));
-      if (panel.key === "mode") part.mode = part.mode.map((mode) => (trace.modes[mode] === undefined ? null : this.modes.indexOf(trace.modes[mode])));
+      const { modes } = trace.header;
+      if (panel.modes) for (const name of names) part[name] = part[name].map((mode) => (modes[mode] === undefined ? null : this.modes.indexOf(modes[mode])));
       return [part.time, ...names.map((name) => part[name])];
     });
     return tables.length > 1 ? uPlot.join(tables) : tables[0];
@@ -111,52 +153,55 @@ class Curves {
   seriesOf(panel) {
     const series = [{}];
     for (const held of this.held())
-      for (const signal of this.signalsOf(panel).filter((name) => this.shown(held, name))) {
-        const reference = signal === "reference", second = signal === "pressure_b";
+      for (const curve of this.curvesOf(panel, held))
         series.push({
-          stroke: reference ? (held.slot === "a" ? colour("reference") : colour("b")) : colour(held.slot),
-          width: reference ? 1 : panel.key === "mode" ? 0.9 : 1.4,
-          dash: reference ? [7, 5] : second ? [3, 3] : undefined,
-          paths: panel.key === "mode" ? uPlot.paths.stepped({ align: 1 }) : uPlot.paths.linear(),
+          stroke: curve.desired ? (held.slot === "a" ? colour("reference") : colour("b")) : colour(held.slot),
+          width: curve.desired ? 1 : panel.modes ? 0.9 : 1.4,
+          dash: curve.desired ? DESIRED_DASH : DASHES[actualCurves(panel).indexOf(curve) % DASHES.length],
+          paths: panel.modes ? uPlot.paths.stepped({ align: 1 }) : uPlot.paths.linear(),
           points: { show: false },
           spanGaps: this.held().length > 1,
         });
-      }
     return series;
   }
 
   limits(panel, low, high) {
-    if (panel.key === "mode") return [-0.5, this.modes.length - 0.5];
-    if (panel.key === "motor") {
-      const limit = 1.1 * Math.max(1, ...this.held().map((held) => held.overview.motorLimit));
+    if (panel.modes) return [-0.5, this.modes.length - 0.5];
+    if (panel.limit > 0) {
+      const limits = this.held().flatMap(({ overview }) => overview.header.panels.filter(({ label }) => label === panel.label).map(({ limit }) => limit));
+      const limit = 1.1 * Math.max(...limits, panel.limit);
       return [Math.min(-limit, low ?? 0), Math.max(limit, high ?? 0)];
     }
     if (low === null || low === undefined) return [-1, 1];
-    const zero = panel.key === "error" || (panel.key === "fourth" && byId("fourth").value === "cylinder");
-    if (zero) { low = Math.min(low, 0); high = Math.max(high, 0); }
-    const margin = 0.06 * Math.max(high - low, 1e-3);
+    if (panel.zero) { low = Math.min(low, 0); high = Math.max(high, 0); }
+    const margin = 0.06 * Math.max(high - low, 10 * this.stepOf(panel.curves[0].signal));
     return [low - margin, high + margin];
   }
+  // A signal's resolution, in the unit that people read it in.
+  stepOf(signal) { return this.header().shown[signal].step; }
 
   axesOf(panel, last) {
     const font = "12px system-ui, 'Liberation Sans', sans-serif", grid = { stroke: colour("grid"), width: 1 };
     const common = { stroke: colour("quiet"), font, labelFont: font, grid, ticks: { ...grid, size: 4 } };
+    const { unit, scale } = this.timeUnit();
+    const text = (value, digits) => String(Number(value.toPrecision(digits))).replace("-", "\u2212");
     const time = last
-      ? { ...common, label: "time [s]", labelSize: 16, size: TIME_AXIS - 16, gap: 2, values: (u, splits) => splits.map((value) => String(Number(value.toFixed(4))).replace("-", "\u2212")) }
+      ? { ...common, label: `time [${unit}]`, labelSize: 16, size: TIME_AXIS - 16, gap: 2, values: (u, splits) => splits.map((value) => text(scale * value, 9)) }
       : { ...common, size: 0, values: () => [], ticks: { show: false } };
-    const value = { ...common, label: this.labelOf(panel), labelSize: 18, size: LEFT - 18, gap: 3, space: 24, values: (u, splits) => splits.map((v) => String(Number(v.toPrecision(6))).replace("-", "\u2212")) };
-    if (panel.key !== "mode") return [time, value];
+    const label = fittingLabel(panel, this.heightOf(panel));
+    const value = { ...common, label: label.text, labelFont: font.replace("12px", `${label.size}px`), labelSize: 18, size: LEFT - 18, gap: 3, space: 24, values: (u, splits) => splits.map((v) => text(v, 6)) };
+    if (!panel.modes) return [time, value];
     const splits = () => this.modes.map((name, i) => i);
     const small = `${this.modes.length > 4 ? 10 : 11}px system-ui, 'Liberation Sans', sans-serif`;
     return [time, { ...value, splits }, { ...common, side: 1, size: RIGHT, gap: 4, font: small, grid: { show: false }, splits, values: () => this.modes }];
   }
 
+  heightOf(panel) { return heightOf(panel) + (panel.modes ? 12 * Math.max(0, this.modes.length - 9) : 0); }
   optionsOf(panel, last) {
-    const modeRoom = panel.key === "mode" ? 12 * Math.max(0, this.modes.length - 9) : 0;
-    const height = panel.height + modeRoom + (last ? TIME_AXIS : 0);
+    const height = this.heightOf(panel) + (last ? TIME_AXIS : 0);
     return {
       width: Math.max(320, this.place.clientWidth), height, legend: { show: false }, focus: { alpha: 1 },
-      padding: [5, panel.key === "mode" ? 0 : RIGHT, last ? 0 : 4, 0],
+      padding: [5, panel.modes ? 0 : RIGHT, last ? 0 : 4, 0],
       scales: { x: { time: false, range: () => { const { from, to } = this.range(); return [from, to]; } }, y: { range: (u, low, high) => this.limits(panel, low, high) } },
       axes: this.axesOf(panel, last),
       series: this.seriesOf(panel),
@@ -177,19 +222,20 @@ class Curves {
     byId("no-curves").textContent = held.length || !missing.length ? "" : "This run has no curves: its folder holds neither a trace nor a log of it.";
     this.place.hidden = !held.length;
     if (!held.length) return;
+    this.collectPanels();
     this.collectModes();
     byId("legend").replaceChildren(...this.legend());
-    for (const panel of PANELS) {
+    for (const panel of this.panels) {
       const box = element("div", { role: "img" });
       this.place.append(box);
-      this.plots.push(new uPlot(this.optionsOf(panel, panel === PANELS.at(-1)), this.dataOf(panel), box));
+      this.plots.push(new uPlot(this.optionsOf(panel, panel === this.panels.at(-1)), this.dataOf(panel), box));
     }
     this.describe();
     this.pointed(this.plots[0]);
   }
   refresh() {
     if (!this.plots.length) return;
-    this.plots.forEach((plot, i) => plot.setData(this.dataOf(PANELS[i])));
+    this.plots.forEach((plot, i) => plot.setData(this.dataOf(this.panels[i])));
     this.describe();
     this.pointed(this.plots[0]);
   }
@@ -201,10 +247,12 @@ class Curves {
 
   // What the lines are that do not stand for run A or B.
   legend() {
-    const entries = [element("span", {}, lineDrawing("reference", "7 5"), " reference")];
-    if (byId("fourth").value === "pressure")
-      entries.push(element("span", {}, lineDrawing("quiet", "none"), " chamber A"), element("span", {}, lineDrawing("quiet", "3 3"), " chamber B"));
-    if (this.held().some(({ overview }) => overview.measured)) entries.push(element("span", {}, "position and pressures as measured"));
+    const dashed = (name, dash, label) => element("span", {}, lineDrawing(name, dash?.join(" ") ?? "none"), ` ${label}`);
+    const entries = [];
+    if (this.panels.some(({ curves }) => curves.some(({ desired }) => desired))) entries.push(dashed("reference", DESIRED_DASH, "desired"));
+    for (const panel of this.panels)
+      if (actualCurves(panel).length > 1) actualCurves(panel).forEach(({ label }, i) => entries.push(dashed("quiet", DASHES[i % DASHES.length], label)));
+    if (this.held().some(({ overview }) => overview.header.measured)) entries.push(element("span", {}, "as measured"));
     return entries;
   }
 
@@ -218,7 +266,7 @@ class Curves {
       const parts = plot.data.slice(1).map((values) => values.filter((value) => value !== null && value !== undefined))
         .filter((values) => values.length).map((values) => values.reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [Infinity, -Infinity]));
       const spans = parts.map(([low, high]) => `${shortNumber(low)} to ${shortNumber(high)}`).join(" and ");
-      plot.root.parentNode.setAttribute("aria-label", `${this.labelOf(PANELS[i])}, ${fixed(from, 2)} to ${fixed(to, 2)} s: ${spans}`);
+      plot.root.parentNode.setAttribute("aria-label", `${panelLabel(this.panels[i])}, ${this.timeText(from)} to ${this.timeText(to)} ${this.timeUnit().unit}: ${spans}`);
     });
   }
 
@@ -230,36 +278,57 @@ class Curves {
     this.zoom({ from, to });
   }
 
+  // What the cursor reads out, of all panels: [{signal, label, unit, digits}].
+  readouts() {
+    const list = [{ signal: "time", label: "time", ...this.timeUnit() }];
+    for (const panel of this.header().panels)
+      for (const { signal, label } of desiredFirst(panel.curves))
+        if (!list.some((entry) => entry.signal === signal))
+          list.push({ signal, label, unit: panel.unit, modes: panel.modes, digits: Math.max(0, Math.floor(1e-9 - Math.log10(this.stepOf(signal))) - 1) });
+    return list;
+  }
+  // Texts by signal.
   valuesAt(time) {
     return this.held().map((held) => {
       const trace = held.full ?? held.overview;
       let i = Math.min(lowerBound(trace.time, time), trace.time.length - 1);
       if (i > 0 && time - trace.time[i - 1] < trace.time[i] - time) --i;
-      return Object.fromEntries(READOUT.map(([key]) => [key, key === "mode" ? trace.modes[trace.mode[i]] ?? "-" : trace[key][i]]));
+      const text = ({ signal, modes, digits }) => (modes ? trace.header.modes[trace[signal]?.[i]] ?? "-" : fixed(trace[signal]?.[i], digits));
+      return Object.fromEntries(this.readouts().map((entry) => [entry.signal, entry.signal === "time" ? this.timeText(trace.time[i]) : text(entry)]));
     });
   }
   pointed(plot) {
     const { left } = plot?.cursor ?? {};
     const over = left >= 0 && left !== null;
     const columns = over ? this.valuesAt(plot.posToVal(left, "x")) : this.held().map(() => null);
-    const cell = (values, key, digits) => (!values ? "" : key === "mode" ? values.mode : fixed(values[key], digits));
+    const readouts = this.readouts();
     byId("readout").replaceChildren(
       element("caption", { class: "hidden" }, "Values at the cursor"),
       element("thead", {}, element("tr", {}, element("th", { class: "left", scope: "col" }, "at the cursor"),
-        ...READOUT.map(([key, unit]) => element("th", { scope: "col", class: key === "mode" && "mode" }, READOUT_NAMES[key] ?? key, element("span", { class: "unit" }, unit || "\u00a0"))))),
+        ...readouts.map(({ label, unit, modes }) => element("th", { scope: "col", class: modes && "mode" }, label, element("span", { class: "unit" }, unit || "\u00a0"))))),
       element("tbody", {}, ...this.held().map(({ slot, run }, i) => element("tr", {},
         element("th", { class: "left", scope: "row" }, lineDrawing(slot, "none"), ` ${slot.toUpperCase()}: ${run.name ?? `${run.variant}, ${run.scenario}, seed ${run.seed}`}`),
-        ...READOUT.map(([key, , digits]) => element("td", {}, cell(columns[i], key, digits)))))));
+        ...readouts.map(({ signal }) => element("td", {}, columns[i]?.[signal] ?? ""))))));
     return columns;
   }
 
+  // For who hears the page: what is followed, how far it is off, the mode. Panels behind the modes are what they cause.
+  spokenText(values) {
+    const parts = [];
+    for (const panel of this.panels) {
+      const curves = actualCurves(panel);
+      parts.push(...curves.map(({ signal, label }) => `${curves.length > 1 ? label : panel.label} ${values[signal]}${panel.unit && ` ${panel.unit}`}`));
+      if (panel.modes) break;
+    }
+    return `${values.time} ${this.timeUnit().unit}: ${parts.join(", ")}`;
+  }
   moveCursor(pixels) {
     const plot = this.plots[0], width = plot.over.clientWidth;
     const now = plot.cursor.left >= 0 ? plot.cursor.left : width / 2;
     const left = Math.min(Math.max(now + pixels, 0), width - 1);
     for (const each of this.plots) each.setCursor({ left, top: 5 });
     const [values] = this.pointed(plot);
-    if (values) byId("spoken").textContent = `${fixed(values.time, 3)} s: position ${fixed(values.position, 2)} mm, error ${fixed(values.error, 3)} mm, ${values.mode}`;
+    if (values) byId("spoken").textContent = this.spokenText(values);
   }
   key(event) {
     if (!this.plots.length || event.ctrlKey || event.metaKey || event.altKey) return;
@@ -276,30 +345,17 @@ class Curves {
 }
 
 // Metrics of the runs shown, the thesis's beside them where it has the cell.
-const METRICS = [
-  ["rmse_mm", "RMSE, true position", "mm"], ["mae_mm", "largest error, true position", "mm"], ["rmse_measured_mm", "RMSE, measured position", "mm"],
-  ["mae_measured_mm", "largest error, measured", "mm"], ["sse_mean_abs_mm", "steady state: mean |error|", "mm"], ["sse_abs_mean_mm", "steady state: |mean error|", "mm"],
-  ["ssa_mm", "steady state: swing", "mm"], ["overshoot_percent", "overshoot", "%"], ["coil_switches", "coil switches", ""],
-  ["air_g", "supply air", "g"], ["motor_rms_n", "motor force, RMS", "N"], ["proven_optimal_fraction", "solves proven optimal", ""],
-];
-const THESIS_KEYS = { rmse_mm: "rmse_mm", mae_mm: "mae_mm", rmse_measured_mm: "rmse_mm", mae_measured_mm: "mae_mm", sse_mean_abs_mm: "sse_mm", sse_abs_mean_mm: "sse_mm", ssa_mm: "ssa_mm" };
-
-// The thesis's simulations are set against the true position, its measurements against the measured one.
-function thesisFigure(run, key) {
-  const measured = key.includes("measured");
-  if (!run.thesis || (key.startsWith("rmse") || key.startsWith("mae") ? measured !== run.thesis.measured : false)) return undefined;
-  return run.thesis[THESIS_KEYS[key]];
-}
-
-function drawMetrics(runs) {
+function drawMetrics(system, runs) {
   const shown = ["a", "b"].map((slot) => ({ slot, run: runs[slot] })).filter(({ run }) => run);
   const columns = shown.flatMap(({ slot, run }) => [
     { head: slot.toUpperCase(), value: (key) => shortNumber(Math.abs(run[key]) < 1e-9 ? 0 : run[key]) },
-    ...(run.thesis ? [{ head: `thesis, ${run.thesis.measured ? "measured" : "simulated"} (Table ${run.thesis.table})`, value: (key) => thesisFigure(run, key) ?? "" }] : []),
+    ...(run.thesis ? [{ head: thesisHeading(run), value: (key) => thesisFigure(run, key) ?? "" }] : []),
   ]);
+  const rows = [...system.metrics.map(({ key, label, unit }) => ({ key, unit, name: key === system.judged ? `${label}, ${system.error}` : label })),
+    { key: "proven_optimal_fraction", name: "solves proven optimal", unit: "" }];
   byId("metrics").replaceChildren(
     element("caption", {}, "Metrics"),
     element("thead", {}, element("tr", {}, element("th", { class: "left", scope: "col" }, "metric"), ...columns.map(({ head }) => element("th", { scope: "col" }, head)), element("th", { class: "left" }, "unit"))),
-    element("tbody", {}, ...METRICS.map(([key, name, unit]) => element("tr", {}, element("th", { class: "left", scope: "row" }, name),
+    element("tbody", {}, ...rows.map(({ key, name, unit }) => element("tr", {}, element("th", { class: "left", scope: "row" }, name),
       ...columns.map(({ value }) => element("td", {}, value(key))), element("td", { class: "left" }, unit)))));
 }

@@ -12,8 +12,6 @@ function sumHistograms(list) {
   return { first, counts };
 }
 
-const duration = (us) => (us >= 1e6 ? `${us / 1e6} s` : us >= 1e3 ? `${us / 1e3} ms` : `${us} \u00b5s`);
-
 function histogramChart(name, histogram, range, summary, deadline) {
   const chart = new Chart(330, 190, `Solver time of ${name}: ${summary}`);
   const { left, right, top, bottom } = chart.box;

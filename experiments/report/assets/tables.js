@@ -65,48 +65,48 @@ class SortedTable {
   }
 }
 
-const RANKED_COLUMNS = [
-  { key: "rank", label: "Rank", value: (v) => v.rank, show: (v) => (v.ranked ? String(v.rank) : "-") },
-  { key: "variant", label: "Variant", left: true, header: true, value: (v) => v.variant, show: (v) => v.variant },
-  { key: "rmse_mm", label: "RMSE", unit: "mm", best: "least", value: (v) => v.rmse_mm },
-  { key: "margin", label: "\u00b1", unit: "%", optional: true, title: "95 % confidence interval of the mean", value: (v) => v.margin },
-  { key: "p95_rmse_mm", label: "95 %", unit: "mm", best: "least", optional: true, title: "95th percentile of the runs' RMSE", value: (v) => v.p95 },
-  { key: "worst_rmse_mm", label: "Worst", unit: "mm", best: "least", title: "largest RMSE of a run", value: (v) => v.worst_rmse_mm },
-  { key: "switches_per_s", label: "Switches", unit: "1/s", best: "least", value: (v) => v.switches_per_s },
-  { key: "air_g", label: "Air", unit: "g", best: "least", value: (v) => v.air_g },
-  { key: "solve_p50_us", label: "Solve p50", unit: "\u00b5s", best: "least", value: (v) => v.solve_p50_us },
-  { key: "solve_p99_us", label: "p99", unit: "\u00b5s", best: "least", value: (v) => v.solve_p99_us },
-  { key: "failed", label: "Failed", unit: "of runs", value: (v) => v.failed + v.unstable, show: (v) => `${v.failed} of ${v.runs}${v.unstable ? `, ${v.unstable} unstable` : ""}` },
-];
+// A metric's column: its label begins with a capital, as all headings do.
+const metricColumn = (metric) => ({ key: metric.key, label: capital(metric.label), unit: metric.unit, value: (row) => row[metric.key], show: metric.whole ? (row) => String(row[metric.key] ?? "-") : undefined });
 
-function drawRanking(table, ranking) {
-  const many = ranking.common >= MANY_SCENARIOS;
-  table.setRows(ranking.variants.map((v, i) => ({
-    ...v, rank: i + 1, margin: many && v.ranked ? 100 * (v.rmse_margin - 1) : undefined, p95: many ? v.p95_rmse_mm : undefined })));
-  const spread = many ? " \u00b1: 95 % confidence interval of the mean." : "";
-  byId("ranking-note").textContent =
-    `* least. RMSE: geometric mean of the true position's over ${ranking.common} of ${plural(ranking.scenarios.length, "scenario")} ` +
-    `(those that every ranked variant finished). Switches and air: means. p50: median, p99: worst run.${spread}`;
+// Of `system`, as report_data.hpp describes it: what variants are ranked by, what they cost.
+function rankedColumns(system) {
+  const { unit, label } = system;
+  return [
+    { key: "rank", label: "Rank", value: (v) => v.rank, show: (v) => (v.ranked ? String(v.rank) : "-") },
+    { key: "variant", label: "Variant", left: true, header: true, value: (v) => v.variant, show: (v) => v.variant },
+    { key: system.judged, label: capital(label), unit, best: "least", value: (v) => v[system.judged] },
+    { key: "percent", label: "\u00b1", unit: "%", optional: true, title: "95 % confidence interval of the mean", value: (v) => v.percent },
+    { key: system.p95, label: "95 %", unit, best: "least", optional: true, title: `95th percentile of the runs' ${label}`, value: (v) => v.spread },
+    { key: system.worst, label: "Worst", unit, best: "least", title: `largest ${label} of a run`, value: (v) => v[system.worst] },
+    ...system.efforts.map((effort) => ({ ...metricColumn({ ...effort, whole: false }), best: effort.best_least ? "least" : undefined })),
+    { key: "solve_p50_us", label: "Solve p50", unit: "\u00b5s", best: "least", value: (v) => v.solve_p50_us },
+    { key: "solve_p99_us", label: "p99", unit: "\u00b5s", best: "least", value: (v) => v.solve_p99_us },
+    { key: "failed", label: "Failed", unit: "of runs", value: (v) => v.failed + v.unstable, show: (v) => `${v.failed} of ${v.runs}${v.unstable ? `, ${v.unstable} unstable` : ""}` },
+  ];
 }
 
-const thesisNumber = (text) => (text === undefined ? undefined : Number(text.replace("<", "")));
+function drawRanking(table, ranking, system) {
+  const many = ranking.common >= MANY_SCENARIOS;
+  table.setRows(ranking.variants.map((v, i) => ({
+    ...v, rank: i + 1, percent: many && v.ranked ? 100 * (v[system.margin] - 1) : undefined, spread: many ? v[system.p95] : undefined })));
+  const spread = many ? " \u00b1: 95 % confidence interval of the mean." : "";
+  const efforts = system.efforts.map(({ label }) => label);
+  const means = efforts.length ? ` ${capital(enumeration(efforts))}: ${efforts.length > 1 ? "means" : "mean"}.` : "";
+  byId("ranking-note").textContent =
+    `* least. ${capital(system.label)}: geometric mean of the ${system.error} over ${ranking.common} of ${plural(ranking.scenarios.length, "scenario")} ` +
+    `(those that every ranked variant finished).${means} p50: median, p99: worst run.${spread}`;
+}
 
-const RUN_COLUMNS = [
-  { key: "scenario", label: "Scenario", left: true, value: (r) => r.scenario, show: (r) => r.scenario },
-  { key: "variant", label: "Variant", left: true, header: true, value: (r) => r.variant, show: (r) => r.variant },
-  { key: "seed", label: "Seed", value: (r) => r.seed, show: (r) => String(r.seed) },
-  { key: "payload_kg", label: "Payload", unit: "kg", value: (r) => r.payload_kg },
-  { key: "rmse_mm", label: "RMSE", unit: "mm", value: (r) => r.rmse_mm },
-  { key: "thesis_rmse", label: "Thesis", unit: "mm", optional: true, title: "RMSE in the thesis's table", value: (r) => thesisNumber(r.thesis?.rmse_mm),
-    show: (r) => (r.thesis ? element("span", { title: `Table ${r.thesis.table}, ${r.thesis.measured ? "measured" : "simulated"}` }, r.thesis.rmse_mm) : "-") },
-  { key: "mae_mm", label: "Largest error", unit: "mm", value: (r) => r.mae_mm },
-  { key: "thesis_mae", label: "Thesis", unit: "mm", optional: true, title: "MAE in the thesis's table", value: (r) => thesisNumber(r.thesis?.mae_mm),
-    show: (r) => (r.thesis ? element("span", { title: `Table ${r.thesis.table}, ${r.thesis.measured ? "measured" : "simulated"}` }, r.thesis.mae_mm) : "-") },
-  { key: "rmse_measured_mm", label: "Measured RMSE", unit: "mm", value: (r) => r.rmse_measured_mm },
-  { key: "switches_per_s", label: "Switches", unit: "1/s", value: (r) => r.switches_per_s },
-  { key: "air_g", label: "Air", unit: "g", value: (r) => r.air_g },
-  { key: "motor_rms_n", label: "Motor RMS", unit: "N", value: (r) => r.motor_rms_n },
-  { key: "p99", label: "Solve p99", unit: "\u00b5s", value: (r) => r.solve_us?.p99 },
-  { key: "deadline_misses", label: "Late", unit: "solves", title: "solves longer than the 5 ms period", value: (r) => r.deadline_misses, show: (r) => String(r.deadline_misses ?? "-") },
-  { key: "status", label: "Status", left: true, value: (r) => r.status, show: (r) => r.status, bad: (r) => r.status !== "ok" },
-];
+// Every metric that has a heading, and what the scenario was.
+function runColumns(system, deadline_us) {
+  return [
+    { key: "scenario", label: "Scenario", left: true, value: (r) => r.scenario, show: (r) => r.scenario },
+    { key: "variant", label: "Variant", left: true, header: true, value: (r) => r.variant, show: (r) => r.variant },
+    { key: "seed", label: "Seed", value: (r) => r.seed, show: (r) => String(r.seed) },
+    ...system.conditions.map((condition) => metricColumn(condition)),
+    ...system.metrics.filter(({ heading }) => heading).flatMap((metric) => [metricColumn(metric), ...thesisColumns(metric.key)]),
+    { key: "p99", label: "Solve p99", unit: "\u00b5s", value: (r) => r.solve_us?.p99 },
+    { key: "deadline_misses", label: "Late", unit: "solves", title: `solves longer than the period of ${duration(deadline_us)}`, value: (r) => r.deadline_misses, show: (r) => String(r.deadline_misses ?? "-") },
+    { key: "status", label: "Status", left: true, value: (r) => r.status, show: (r) => r.status, bad: (r) => r.status !== "ok" },
+  ];
+}

@@ -33,6 +33,24 @@ function shortNumber(value) {
 const fixed = (value, digits) =>
   value === null || value === undefined || Number.isNaN(value) ? "-" : value.toFixed(digits).replace("-", "\u2212");
 
+const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+
+// "a", "a and b", "a, b and c".
+const enumeration = (words) => words.join(", ").replace(/, ([^,]*)$/, " and $1");
+
+// How long something took, for a person. A sum of floating point may end in nines: twelve digits are true.
+function duration(us) {
+  const short = (value) => Number(value.toPrecision(12));
+  return us >= 1e6 ? `${short(us / 1e6)} s` : us >= 1e3 ? `${short(us / 1e3)} ms` : `${short(us)} \u00b5s`;
+}
+
+// Decimals that tell multiples of `step` apart.
+function decimalsOf(step) {
+  let decimals = 0;
+  while (decimals < 12 && Math.abs(step * 10 ** decimals - Math.round(step * 10 ** decimals)) > 1e-6 * step * 10 ** decimals) ++decimals;
+  return decimals;
+}
+
 const plural = (count, word) => `${count} ${word}${count === 1 ? "" : "s"}`;
 
 // A colour of the style sheet in force.

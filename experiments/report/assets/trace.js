@@ -33,9 +33,9 @@ function decodeColumn(bytes, at, count, column) {
   return values;
 }
 
-// {time, reference, position, error, cylinder, pressure_a, pressure_b, mode, motor: arrays, modes, motorLimit, measured}; mm, N, kPa, s.
+// {time [s], each signal by its name: arrays, in the unit people read it in; header: {tick_s, modes, panels, measured, shown}}.
 async function decodeTrace(bytes) {
-  if (String.fromCharCode(...bytes.subarray(0, 4)) !== "SLT1") throw new Error("not a trace");
+  if (String.fromCharCode(...bytes.subarray(0, 4)) !== "SLT2") throw new Error("not a trace");
   const all = await inflate(bytes.subarray(4));
   const length = new DataView(all.buffer).getUint32(0, true);
   const header = JSON.parse(new TextDecoder().decode(all.subarray(4, 4 + length)));
@@ -48,16 +48,23 @@ async function decodeTrace(bytes) {
   return inUnits(columns, header);
 }
 
-const UNITS = { reference: 1e3, position: 1e3, error: 1e3, cylinder: 1, pressure_a: 1e-3, pressure_b: 1e-3, mode: 1, motor: 1 };
+// How people read a signal: as the first panel that shows it has it; `step` is its resolution in that unit.
+function shownSignals(header) {
+  const resolution = new Map([...(header.signals ?? header.columns), ...header.derived].map(({ name, resolution }) => [name, resolution]));
+  const shown = {};
+  for (const { unit, scale, modes, curves } of header.panels)
+    for (const { signal } of curves) shown[signal] ??= { unit, scale, modes, step: scale * resolution.get(signal) };
+  return shown;
+}
 
+// What `header` (trace_header() of trace.hpp) says of the columns, done: derived signals, people's units.
 function inUnits(columns, header) {
-  const [none, perA, perB] = header.cylinder_force;
-  const { reference, position, pressure_a, pressure_b } = columns;
-  columns.error ??= reference.map((value, i) => value - position[i]);
-  columns.cylinder ??= pressure_a.map((value, i) => none + perA * value + perB * pressure_b[i]);
-  const trace = { modes: header.modes, motorLimit: header.motor_limit_n, measured: header.measured };
-  trace.time = columns.tick.map((tick) => tick * header.tick_s);
-  for (const [name, factor] of Object.entries(UNITS)) trace[name] = columns[name].map((value) => factor * value);
+  for (const { name, constant, terms } of header.derived)
+    columns[name] ??= columns.tick.map((tick, i) => terms.reduce((sum, [signal, factor]) => sum + factor * columns[signal][i], constant));
+  const { tick_s, modes, panels, measured } = header, shown = shownSignals(header);
+  const trace = { header: { tick_s, modes, panels, measured, shown } };
+  for (const [name, values] of Object.entries(columns)) trace[name] = shown[name] ? values.map((value) => shown[name].scale * value) : values;
+  trace.time = columns.tick.map((tick) => tick * tick_s);
   return trace;
 }
 

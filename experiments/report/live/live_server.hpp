@@ -17,7 +17,9 @@ inline constexpr int usual_live_port = 8642;
 ///   /                      the page
 ///   /report.json?revision=N   what it shows (report_json) with `revision` and `expected` runs; 204 if N is the newest
 ///   /trace/ID              a finished run over time (encode_trace)
-///   /ticks.json?run=KEY&from=N   the run under way from sample N on; KEY names the series of samples
+///   /ticks.json?run=KEY&from=N   the run under way from sample N on; KEY names the series of samples: `run`, its key or
+///                          nothing, `from`, what trace_header() says, signals [{name, unit, resolution}],
+///                          columns {tick, SIGNAL: [...]}
 class LiveServer {
  public:
   /// Results that are in the folder already: of a campaign that goes on, or of runs that will be done again.

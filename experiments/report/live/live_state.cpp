@@ -1,5 +1,6 @@
 #include "experiments/report/live/live_state.hpp"
 
+#include "controllers/systems.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/rig/log/tick_fields.hpp"
@@ -27,7 +28,8 @@ Json numbers(const std::vector<double>& values) {
 
 }  // namespace
 
-LiveState::LiveState(const Campaign& campaign, const std::string& folder, bool only_new) : format_(*campaign.system) {
+LiveState::LiveState(const Campaign& campaign, const std::string& folder, bool only_new)
+    : format_(campaign.system->description()) {
   results_.folder = folder;
   results_.campaign = campaign;
   results_.manifest = {{"campaign", campaign.name}, {"status", "running"}};
@@ -140,15 +142,13 @@ std::string LiveState::ticks(const std::string& key, std::size_t from) {
   const CampaignRun& run = results_.campaign.runs[run_];
   const Trace trace = make_trace(results_.campaign.variants[run.variant], results_.campaign.scenarios[run.scenario],
                                  std::span(ticks_).subspan(from));
-  Json json = {{"run", series_key()},
-               {"from", from},
-               {"tick_s", trace.tick_s},
-               {"modes", trace.modes},
-               {"cylinder_force", trace.cylinder_force},
-               {"motor_limit_n", trace.motor_limit_n},
-               {"measured", trace.measured},
-               {"columns", {{"tick", trace.ticks}}}};
-  for (const Trace::Signal& signal : trace.signals) json["columns"][signal.name] = numbers(signal.values);
+  Json json = {{"run", series_key()}, {"from", from}};
+  json.update(trace_header(trace));
+  json["columns"]["tick"] = trace.ticks;
+  for (const Trace::Signal& signal : trace.signals) {
+    json["signals"].push_back({{"name", signal.name}, {"unit", signal.unit}, {"resolution", signal.resolution}});
+    json["columns"][signal.name] = numbers(signal.values);
+  }
   return dump(json);
 }
 

@@ -7,7 +7,6 @@
 #include "experiments/rig/log/tick_fields.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 namespace solenoid {
@@ -15,13 +14,11 @@ namespace solenoid {
 namespace {
 
 /// The system that a log is of; logs of versions that knew one alone do not say.
-const SystemDescription& system_of(const std::map<std::string, std::string>& about, const std::string& path) {
+const SystemDescription& logged_system(const std::map<std::string, std::string>& about, const std::string& path) {
   const auto said = about.find("system");
-  if (said == about.end()) return *systems().front();
-  if (const SystemDescription* system = find_system(said->second)) return *system;
-  std::vector<std::string> names;
-  for (const SystemDescription* system : systems()) names.push_back(system->name);
-  throw ConfigError(fmt::format("{}: is of the system '{}' (allowed: {})", path, said->second, fmt::join(names, ", ")));
+  if (said == about.end()) return systems().front()->description();
+  if (const System* system = find_system(said->second)) return system->description();
+  throw ConfigError(fmt::format("{}: is of the system '{}' (allowed: {})", path, said->second, system_names()));
 }
 
 }  // namespace
@@ -34,7 +31,7 @@ RecordedRun read_run(const std::string& path) {
   run.problem = contents.problem;
   if (const auto about = contents.metadata.find("run"); about != contents.metadata.end()) run.about = about->second;
   if (const auto sum = contents.metadata.find("summary"); sum != contents.metadata.end()) run.summary = sum->second;
-  run.system = &system_of(run.about, path);
+  run.system = &logged_system(run.about, path);
   const TickFormat format(*run.system);
   for (const McapContents::Message& message : contents.messages) {
     if (message.topic == "tick") run.ticks.push_back(format.from_json(message.json));

@@ -7,6 +7,8 @@
 #include "core/systems/actuator/signals.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/simulate.hpp"
+#include "experiments/campaign/simulated_system.hpp"
+#include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
 
 #include <gtest/gtest.h>
 
@@ -17,10 +19,10 @@ ScenarioConfig nominal(const Trajectory& motion, double payload_kg = 0.0) {
   ScenarioConfig s;
   s.name = "nominal";
   s.trajectory = motion;
-  s.plant = "twin";
+  actuator(s).plant = "twin";
   s.noise = true;
   s.ideal_sensing = false;
-  s.payload_kg = payload_kg;
+  actuator(s).payload_kg = payload_kg;
   s.duration_s = motion.duration_s();
   return s;
 }
@@ -89,7 +91,7 @@ TEST(Baselines, RunInsideTheFallbackLadder) {
     const VariantConfig variant = shipped_variant(name);
     const ScenarioConfig scenario = nominal(s_curve());
     const auto plant = make_plant(variant, scenario, 1);
-    const auto ladder = make_ladder(variant, scenario.trajectory, scenario.plane, actuator_ladder(), nullptr);
+    const auto ladder = make_ladder(variant, scenario.trajectory, actuator_ladder(), nullptr);
     CommandLimits limits = make_limits(variant);
     MemoryRecorder recorder(3000);
     FakeClock clock;

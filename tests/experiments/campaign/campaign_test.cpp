@@ -1,5 +1,6 @@
 #include "experiments/campaign/campaign.hpp"
 
+#include "controllers/systems/actuator/actuator_variant.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/report/ranking.hpp"
 #include "tests/experiments/program_under_test.hpp"
@@ -45,8 +46,8 @@ TEST(Campaign, OwnVariantsOverrideIncludedAndShippedOnes) {
                    "include = [\"sub/base.toml\"]\n[variant.a]\nvalves = \"three_mode\"\n[variant.thesis_pd]\nmotor = "
                    "\"inverse_dynamics\"\n"));
   ASSERT_EQ(campaign.variants.size(), 2u);
-  EXPECT_EQ(campaign.variants[0].valves, "three_mode");
-  EXPECT_EQ(campaign.variants[1].motor, "inverse_dynamics");
+  EXPECT_EQ(campaign.variants[0].modes, "three_mode");
+  EXPECT_EQ(actuator(campaign.variants[1]).motor, "inverse_dynamics");
   EXPECT_EQ(campaign.seeds, std::vector<std::uint64_t>{7});
   EXPECT_EQ(campaign.scenarios.size(), 1u);
 }
@@ -81,7 +82,7 @@ TEST(Campaign, ShippedFilesAreKnownByNameAndRead) {
   EXPECT_EQ(campaign.variants.front().name, "thesis_cylinder");
   EXPECT_EQ(campaign.runs.size(), 6 * campaign.variants.size());
   for (const std::string& name : shipped_campaigns()) EXPECT_NO_THROW(read_campaign(name)) << name;
-  EXPECT_EQ(shipped_variant("thesis_pd").motor, "pd");
+  EXPECT_EQ(actuator(shipped_variant("thesis_pd")).motor, "pd");
   EXPECT_THROW(shipped_variant("none"), ConfigError);
   for (const VariantConfig& variant : shipped_variants()) EXPECT_FALSE(variant.summary.empty()) << variant.name;
 }
@@ -102,7 +103,7 @@ TEST(Campaign, HashFollowsWhatTheResultDependsOn) {
 }
 
 RunRecord record(const std::string& variant, const std::string& scenario, double rmse_mm) {
-  RunRecord r{variant, scenario, "sine", 0.0, 1, "ok", {}};
+  RunRecord r{variant, scenario, "sine", {0.0}, 1, "ok", {}};
   Metrics m = no_metrics();
   m["rmse_mm"] = rmse_mm;
   if (rmse_mm > 0)
@@ -150,9 +151,9 @@ TEST(Ranking, GeometricMeanOverScenariosThatAllRankedVariantsFinished) {
   EXPECT_EQ(ranking.scenarios, 3u);
   ASSERT_EQ(ranking.variants.size(), 3u);
   EXPECT_EQ(ranking.variants[0].variant, "a");
-  EXPECT_DOUBLE_EQ(ranking.variants[0].rmse_mm, 2.0);  // sqrt(1 * 4)
-  EXPECT_DOUBLE_EQ(ranking.variants[0].worst_rmse_mm, 4.0);
-  EXPECT_DOUBLE_EQ(ranking.variants[1].rmse_mm, 6.0);  // sqrt(2 * 18)
+  EXPECT_DOUBLE_EQ(ranking.variants[0].error, 2.0);  // sqrt(1 * 4)
+  EXPECT_DOUBLE_EQ(ranking.variants[0].worst, 4.0);
+  EXPECT_DOUBLE_EQ(ranking.variants[1].error, 6.0);  // sqrt(2 * 18)
   EXPECT_EQ(ranking.variants[1].failed, 1);
   EXPECT_EQ(ranking.variants[2].variant, "c");
   EXPECT_FALSE(ranking.variants[2].ranked);

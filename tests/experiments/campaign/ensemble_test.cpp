@@ -5,6 +5,7 @@
 #include "experiments/report/comparison.hpp"
 #include "experiments/report/pareto.hpp"
 #include "experiments/report/ranking.hpp"
+#include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
 #include "tests/experiments/program_under_test.hpp"
 #include "tests/support/actuator_metrics.hpp"
 
@@ -47,13 +48,14 @@ TEST(Ensemble, IsALatinHypercubeOfItsIntervals) {
   double cross = 0;
   for (std::size_t i = 1; i <= 40; ++i) {
     const ScenarioConfig& s = campaign.scenarios[i];
-    const double payload = s.payload_kg / 0.2, friction = std::log2(s.mismatch.friction) / 2 + 0.5;
-    const double noise = std::log2(s.twin.sensing.position_sigma_m / SensingEffects{}.position_sigma_m) / 2 + 0.5;
+    const double payload = actuator(s).payload_kg / 0.2, friction = std::log2(actuator(s).mismatch.friction) / 2 + 0.5;
+    const double noise =
+        std::log2(actuator(s).twin.sensing.position_sigma_m / SensingEffects{}.position_sigma_m) / 2 + 0.5;
     payload_slices.insert(static_cast<int>(40 * payload));
     friction_slices.insert(static_cast<int>(40 * friction));
     noise_slices.insert(static_cast<int>(40 * noise));
     cross += (payload - 0.5) * (friction - 0.5) * 12 / 40;
-    EXPECT_EQ(s.mismatch.flow, 1.0) << "not named: not drawn";
+    EXPECT_EQ(actuator(s).mismatch.flow, 1.0) << "not named: not drawn";
     EXPECT_EQ(s.trajectory_kind, "sine");
   }
   EXPECT_EQ(payload_slices.size(), 40u);
@@ -71,10 +73,10 @@ TEST(Ensemble, SeedDecidesAndTheResolvedCampaignIsTheSame) {
   const Campaign other = read(other_text), resolved = read(first.resolved_toml);
   ASSERT_EQ(resolved.scenarios.size(), first.scenarios.size());
   for (std::size_t i = 1; i < first.scenarios.size(); ++i) {
-    EXPECT_EQ(first.scenarios[i].mismatch, again.scenarios[i].mismatch);
-    EXPECT_EQ(first.scenarios[i].mismatch, resolved.scenarios[i].mismatch);
-    EXPECT_EQ(first.scenarios[i].payload_kg, resolved.scenarios[i].payload_kg);
-    EXPECT_NE(first.scenarios[i].mismatch, other.scenarios[i].mismatch);
+    EXPECT_EQ(actuator(first.scenarios[i]).mismatch, actuator(again.scenarios[i]).mismatch);
+    EXPECT_EQ(actuator(first.scenarios[i]).mismatch, actuator(resolved.scenarios[i]).mismatch);
+    EXPECT_EQ(actuator(first.scenarios[i]).payload_kg, actuator(resolved.scenarios[i]).payload_kg);
+    EXPECT_NE(actuator(first.scenarios[i]).mismatch, actuator(other.scenarios[i]).mismatch);
   }
 }
 
@@ -115,7 +117,7 @@ std::vector<RunRecord> runs_on_an_ensemble(int members) {
       RunRecord r{scale > 1 ? "coarse" : "fine",
                   "sine-m" + std::string(i < 10 ? "00" : "0") + std::to_string(i),
                   "sine",
-                  0.0,
+                  {0.0},
                   1,
                   "ok",
                   no_metrics()};
@@ -132,10 +134,10 @@ TEST(Ranking, SpreadOfAnEnsemble) {
   const Ranking ranking = rank_variants(runs);
   const RankedVariant& best = ranking.variants.front();
   EXPECT_EQ(best.variant, "fine");
-  EXPECT_NEAR(best.rmse_mm, 0.02, 1e-12);
-  EXPECT_NEAR(best.rmse_margin, std::exp(1.96 * std::log(2.0) / std::sqrt(39.0)), 1e-9);
-  EXPECT_EQ(best.p95_rmse_mm, 0.04);
-  EXPECT_EQ(best.worst_rmse_mm, 0.04);
+  EXPECT_NEAR(best.error, 0.02, 1e-12);
+  EXPECT_NEAR(best.margin, std::exp(1.96 * std::log(2.0) / std::sqrt(39.0)), 1e-9);
+  EXPECT_EQ(best.p95, 0.04);
+  EXPECT_EQ(best.worst, 0.04);
   const std::string text = result_of(runs, false).text(false);
   EXPECT_THAT(text, HasSubstr("95 % mm"));
   EXPECT_THAT(text, HasSubstr("sine, 40 plants"));
@@ -146,8 +148,7 @@ TEST(Pareto, DrawsEveryRankedVariant) {
   const Folder folder;
   draw_pareto(runs_on_an_ensemble(9), folder.file("p.svg"));
   const std::string svg = text_of(folder.file("p.svg"));
-  for (const char* text : {"fine", "coarse", "coil switches per second", "supply air"})
-    EXPECT_THAT(svg, HasSubstr(text));
+  for (const char* text : {"fine", "coarse", "switches/s", "air, g"}) EXPECT_THAT(svg, HasSubstr(text));
   EXPECT_THROW(draw_pareto(runs_on_an_ensemble(9), folder.file("p.pdf")), ConfigError);
   EXPECT_THROW(draw_pareto({}, folder.file("p.svg")), ConfigError);
 }

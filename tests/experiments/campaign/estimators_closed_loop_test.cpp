@@ -1,6 +1,7 @@
 #include "core/config/reader.hpp"
 #include "core/systems/actuator/signals.hpp"
 #include "experiments/campaign/simulate.hpp"
+#include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
 
 #include <cmath>
 
@@ -10,7 +11,8 @@ namespace solenoid {
 namespace {
 
 VariantConfig shipped(const std::string& name, const std::string& change = "") {
-  TableReader file = TableReader::from_file(SOLENOID_SOURCE_DIR "/experiments/data/scenarios/variants.toml");
+  TableReader file =
+      TableReader::from_file(SOLENOID_SOURCE_DIR "/experiments/systems/actuator/data/scenarios/variants.toml");
   TableReader variants = file.table("variant");
   TableReader table = variants.table(name);
   VariantConfig v = read_variant(table, name);
@@ -23,17 +25,17 @@ ScenarioConfig sine(double payload_kg, double friction = 1.0, double flow = 1.0)
   ScenarioConfig s;
   s.trajectory = thesis_sine(ActuatorParameters().equilibrium_position_m());
   s.ideal_sensing = false;
-  s.sensing_chain = true;
-  s.payload_kg = payload_kg;
-  s.mismatch.friction = friction;
-  s.mismatch.flow = flow;
+  actuator(s).sensing_chain = true;
+  actuator(s).payload_kg = payload_kg;
+  actuator(s).mismatch.friction = friction;
+  actuator(s).mismatch.flow = flow;
   return s;
 }
 
 /// The same task on the truth plant, which has a sensing chain of its own.
 ScenarioConfig on_the_twin(ScenarioConfig task) {
-  task.plant = "twin";
-  task.sensing_chain = false;
+  actuator(task).plant = "twin";
+  actuator(task).sensing_chain = false;
   task.noise = true;
   return task;
 }
@@ -126,7 +128,7 @@ TEST(ThesisWithTheBestEstimator, HalvesTheErrorOfTheThesisAndAShortHorizonHalves
 TEST(IdealSensing, BypassesEveryEstimator) {
   ScenarioConfig s = sine(0.0);
   s.ideal_sensing = true;
-  s.sensing_chain = false;
+  actuator(s).sensing_chain = false;
   s.duration_s = 1.0;
   const RunResult a = simulate(shipped("thesis_cylinder"), s, 1), b = simulate(shipped("thesis_cylinder_ekf"), s, 1);
   for (std::size_t k = 0; k < a.ticks.size(); ++k) ASSERT_EQ(a.ticks[k].sensors.truth, b.ticks[k].sensors.truth) << k;

@@ -1,6 +1,8 @@
+#include "controllers/systems/actuator/actuator_variant.hpp"
 #include "core/systems/actuator/valves.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/simulate.hpp"
+#include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
 
 #include <cmath>
 #include <map>
@@ -39,11 +41,11 @@ TEST(RobustVariants, StayAheadWhenTheModelIsWrong) {
 /// The arm held against gravity: no steady-state error to speak of at any payload, and nothing moves, no air is drawn.
 TEST(RobustVariants, HoldTheArmStillWithoutAirOrSwitches) {
   const VariantConfig variant = shipped_variant("nine_robust");
-  const ModeSet modes = valve_modes(variant.valves, variant.nominal);
+  const ModeSet modes = valve_modes(variant.modes, actuator(variant).nominal);
   ScenarioConfig scenario = read_campaign("robustness").scenarios.front();
   ASSERT_EQ(scenario.trajectory_kind, "cycloidal");
-  scenario.mismatch = {};
-  scenario.twin = nominal_twin();
+  actuator(scenario).mismatch = {};
+  actuator(scenario).twin = nominal_twin();
   for (const auto& [payload_kg, seed] : {std::pair{0.0, 1u},
                                          {0.15, 1u},
                                          {0.3, 1u},
@@ -56,7 +58,7 @@ TEST(RobustVariants, HoldTheArmStillWithoutAirOrSwitches) {
                                          {0.15, 3u},
                                          {0.3, 3u},
                                          {0.46, 3u}}) {
-    scenario.payload_kg = payload_kg;
+    actuator(scenario).payload_kg = payload_kg;
     const RunResult run = simulate(variant, scenario, seed);
     EXPECT_LE(run.metrics["sse_mean_abs_mm"], 0.03) << payload_kg;
     int switches = 0, filling = 0;

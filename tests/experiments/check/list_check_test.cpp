@@ -22,16 +22,12 @@ TEST(List, VariantsAsJson) {
   bool seen = false;
   for (const json& variant : all.at("variants")) {
     EXPECT_EQ(variant.size(), 6u);
-    EXPECT_TRUE(variant.at("hybrid").is_boolean());
-    for (const char* key : {"name", "valves", "solver", "estimator", "summary"})
+    for (const char* key : {"name", "system", "modes", "solver", "estimator", "summary"})
       EXPECT_FALSE(variant.at(key).get<std::string>().empty()) << variant;
     if (variant.at("name") == "thesis_pd") {
       seen = true;
-      EXPECT_EQ(variant.at("hybrid"), true);
-      EXPECT_EQ(variant.at("valves"), "three_way");
-    }
-    if (variant.at("name") == "thesis_cylinder") {
-      EXPECT_EQ(variant.at("hybrid"), false);
+      EXPECT_EQ(variant.at("system"), "actuator");
+      EXPECT_EQ(variant.at("modes"), "three_way");
     }
   }
   EXPECT_TRUE(seen);
@@ -40,14 +36,14 @@ TEST(List, VariantsAsJson) {
 TEST(List, EverySectionAsTableAndJson) {
   Folder folder;
   const json all = json::parse(run_program(folder, "list --format json").out);
-  for (const char* section :
-       {"variants", "scenarios", "solvers", "laws", "estimators", "keys", "parameters", "valves", "trajectories"}) {
+  for (const char* section : {"systems", "variants", "scenarios", "solvers", "laws", "estimators", "keys", "parameters",
+                              "modes", "trajectories"}) {
     EXPECT_FALSE(all.at(section).empty()) << section;
     const ProgramRun table = run_program(folder, std::string("list ") + section);
     EXPECT_EQ(table.exit_code, 0);
     EXPECT_GT(split(table.out, '\n').size(), all.at(section).size()) << "a heading and a line each";
   }
-  EXPECT_EQ(all.at("valves")[1].at("modes"), 9);
+  EXPECT_EQ(all.at("modes")[1].at("modes"), 9);
 }
 
 TEST(List, TheDocumentationsTablesAreWhatIsListed) {

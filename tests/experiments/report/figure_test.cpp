@@ -5,6 +5,8 @@
 #include "experiments/report/run_figure.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
+#include <cmath>
+
 #include <gmock/gmock.h>
 
 namespace solenoid {
@@ -47,6 +49,35 @@ TEST(Figure, IsAPngWhenAskedFor) {
   brief.duration_s = 0.1;
   draw_figure(shipped_variant("thesis_cylinder"), brief, 1, folder / "run.png", FigureFormat::png);
   EXPECT_EQ(test::text_of(folder / "run.png").substr(0, 8), "\x89PNG\r\n\x1a\n");
+}
+
+/// 40 ms of a made-up system: two axes in one unit, ticks of 25 us, nothing continuous.
+Trace brief_trace() {
+  Trace trace;
+  trace.tick_s = 25e-6;
+  trace.modes = {"both off", "first on"};
+  for (const char* name : {"first", "second", "mode"}) trace.signals.push_back({name, "A", 1e-3, {}});
+  for (int i = 0; i < 1600; ++i) {
+    trace.ticks.push_back(i);
+    for (std::size_t k = 0; k < 2; ++k) trace.signals[k].values.push_back(std::sin(0.01 * i + static_cast<double>(k)));
+    trace.signals[2].values.push_back(i / 100 % 2);
+  }
+  trace.derived = {{"sum", "A", 1e-3, 0.5, {{"first", 1.0}, {"second", 1.0}}}};
+  trace.panels = {{.label = "currents", .unit = "A", .curves = {{"first", "phase one"}, {"second", "phase two"}}},
+                  {.label = "gate mode", .curves = {{"mode", "mode"}}, .modes = true},
+                  {.label = "sum", .unit = "mA", .scale = 1e3, .curves = {{"sum", "sum"}}, .choice = "last"},
+                  {.label = "hidden", .unit = "A", .curves = {{"first", "first"}}, .choice = "last"}};
+  return trace;
+}
+
+TEST(Figure, OfATraceHasThePanelsOfItsLayoutAndTimesInMilliseconds) {
+  const test::Folder folder;
+  draw_figure(brief_trace(), "made up", folder / "run.svg", FigureFormat::svg);
+  const std::string svg = test::text_of(folder / "run.svg");
+  for (const char* label : {"made up", "currents [A]", "phase one", "phase two", "gate mode", "first on", "sum [mA]",
+                            "time [ms]", ">40<", "viewBox=\"0 0 1280 480\""})
+    EXPECT_THAT(svg, HasSubstr(label));
+  EXPECT_THAT(svg, Not(HasSubstr("hidden")));  // the second of a choice
 }
 
 TEST(Figure, ANameIsTextAndNothingElse) {

@@ -1,5 +1,6 @@
 // A report in headless Chromium, used as a person would: loads from disk without network, sorts, filters, zooms, overlays, prints.
-// Arguments: report.html, or the address of a live page and "live". Speaks the DevTools protocol over a pipe, so that it needs no
+// Arguments: report.html, of the actuator or with "brief" of a system with ticks of 25 us, some axes in one unit and nothing to choose;
+// or the address of a live page and "live". Speaks the DevTools protocol over a pipe, so that it needs no
 // library. Prints a line a check; exit code 1 with the reason at the first that fails.
 import { spawn } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
@@ -135,7 +136,7 @@ async function plots() {
   drawn = await colours();
   check(drawn.a > 100 && drawn.b > 100, "a second run lies over the first in another colour");
   check((await evaluate(`document.getElementById("metrics").textContent`)).includes("RMSE, true position"), "metrics beside each other");
-  await choose("fourth", "pressure");
+  await choose("choice-fourth", "pressure");
   check((await evaluate(`[...document.querySelectorAll("#curves [role=img]")][3].getAttribute("aria-label")`)).startsWith("pressure [kPa]"), "pressures in place of force");
   await evaluate(`document.getElementById("curves").focus()`);
   const key = (name) => page("Input.dispatchKeyEvent", { type: "keyDown", key: name });
@@ -148,6 +149,23 @@ async function plots() {
   check(after.to - after.from < 0.6 * (before.to - before.from), "the keyboard zooms");
   await key("0");
   check((await curves()).detail === "overview", "the keyboard shows the whole run again");
+}
+
+// A run of some hundredths of a second, of a system whose description alone the page knows.
+async function brief() {
+  await until(`document.querySelectorAll("#curves .uplot").length > 0`, "plots of another system");
+  const labels = JSON.parse(await evaluate(`JSON.stringify([...document.querySelectorAll("#curves [role=img]")].map((e) => e.getAttribute("aria-label")))`));
+  check(labels.length === 3 && labels.every((label) => / ms: /.test(label)), `a plot a panel, times in milliseconds: ${labels}`);
+  check((await evaluate(`getComputedStyle(document.getElementById("choices")).display`)) === "none", "no list of choices where there are none");
+  check((await evaluate(`document.querySelectorAll("#pareto svg").length`)) === 1, "a Pareto plot an effort");
+  check((await column("ranked", "Distortion")).length > 0, "the ranking has the judged metric's heading");
+  check((await evaluate(`document.querySelectorAll("#run-table tbody tr").length`)) > 0, "runs have their line");
+  for (let i = 0; i < 20; ++i) await click("#zoom-in");
+  const { from, to } = await curves();
+  check(Math.abs(to - from - 10 * 25e-6) < 1e-9, "a zoom is at least ten ticks wide");
+  await evaluate(`document.getElementById("curves").focus()`);
+  await page("Input.dispatchKeyEvent", { type: "keyDown", key: "ArrowRight" });
+  check(/^[0-9.]+ ms: .+ A, .+mode /.test(await evaluate(`document.getElementById("spoken").textContent`)), "the keyboard reads out what the panels have");
 }
 
 async function looks() {
@@ -176,7 +194,7 @@ let code = 0;
 try {
   await open();
   if (mode === "live") await live();
-  else for (const part of [tables, plots, looks]) await part();
+  else for (const part of mode === "brief" ? [brief, looks] : [tables, plots, looks]) await part();
   check(troubles.length === 0, `nothing on the console ${troubles.join("; ")}`);
   check(mode === "live" || requests.every((url) => url.startsWith("file:") || url.startsWith("data:")), `no request but for the file itself ${requests.join(" ").slice(0, 300)}`);
 } catch (problem) {

@@ -107,6 +107,16 @@ trajectory = { kind = "sine", periods = 24, lead_s = 0.5 }
   EXPECT_THAT(browse(folder, "page.html"), testing::EndsWith("exit 0"));
 }
 
+TEST(ReportPage, KnowsAnotherSystemByItsDescription) {
+  NEEDS_A_BROWSER();
+  const test::Folder folder;
+  ASSERT_EQ(test::run_program(folder, "compare inverter --scenario step --variant inverter_one_step --out r").exit_code,
+            0);
+  const test::ProgramRun report = test::run_program(folder, "report r -o page.html");
+  ASSERT_EQ(report.exit_code, 0) << report.err;
+  EXPECT_THAT(browse(folder, "page.html brief"), testing::EndsWith("exit 0"));
+}
+
 TEST(LivePage, FillsWhileACampaignWorksAndEndsWithCtrlC) {
   NEEDS_A_BROWSER();
   const test::Folder folder;
@@ -130,7 +140,7 @@ TEST(LivePage, AnswersOnlyItsOwnNameAndItsOwnRuns) {
   std::this_thread::sleep_for(std::chrono::milliseconds(400));  // between two looks into the folder
   EXPECT_THAT(fetch(url, "/report.json", "elsewhere.example"), HasSubstr("403"));
   EXPECT_THAT(fetch(url, "/trace/..%2Fmanifest"), HasSubstr("404"));
-  EXPECT_THAT(body_of(fetch(url, "/trace/step--nine_pd--s3")), testing::StartsWith("SLT1"));
+  EXPECT_THAT(body_of(fetch(url, "/trace/step--nine_pd--s3")), testing::StartsWith("SLT2"));
   EXPECT_THAT(body_of(fetch(url, "/ticks.json")), HasSubstr(R"("run":"")"));
   const auto report = nlohmann::json::parse(body_of(fetch(url, "/report.json?revision=-1")));
   EXPECT_EQ(report.at("status"), "finished");
@@ -164,7 +174,7 @@ TEST(LivePage, ShowsARunInRealTimeAsItsTicksCome) {
   const auto report = nlohmann::json::parse(body_of(fetch(url, "/report.json?revision=-1")));
   ASSERT_EQ(report.at("runs").size(), 1u);
   EXPECT_EQ(report["runs"][0].at("trace"), "served");
-  EXPECT_THAT(body_of(fetch(url, "/trace/cycloidal--thesis_pd--s1")), testing::StartsWith("SLT1"));
+  EXPECT_THAT(body_of(fetch(url, "/trace/cycloidal--thesis_pd--s1")), testing::StartsWith("SLT2"));
   EXPECT_LE(run.stop(SIGINT), 1);  // 1: a shared machine that stood still sent it into SAFE
 }
 

@@ -1,7 +1,8 @@
 #include "experiments/base/embedded.hpp"
 #include "experiments/report/page.hpp"
 #include "experiments/report/report_data.hpp"
-#include "experiments/report/thesis_cell.hpp"
+#include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
+#include "experiments/systems/actuator/simulation/thesis_cell.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <fmt/format.h>
@@ -67,6 +68,33 @@ TEST(Report, IsOneFileWithEveryRunOfTheCampaign) {
     EXPECT_GT(shown.at("solves").at("counts").size(), 0u);
     EXPECT_EQ(count(html, fmt::format("id=\"full-{}\"", i)), 1u);
   }
+}
+
+TEST(Report, DescribesItsSystem) {
+  NEEDS_UPLOT();
+  const ordered_json data = data_of(report_of_folder(small_results().file("results"), false));
+  const ordered_json& system = data.at("system");
+  EXPECT_EQ(system.at("name"), "actuator");
+  EXPECT_EQ(system.at("judged"), "rmse_mm");
+  EXPECT_EQ(system.at("label"), "RMSE");
+  EXPECT_EQ(system.at("unit"), "mm");
+  EXPECT_EQ(system.at("error"), "true position error");
+  EXPECT_EQ(system.at("timing").at("period_s"), 0.005);
+  ASSERT_EQ(system.at("efforts").size(), 2u);
+  EXPECT_EQ(system["efforts"][0].at("key"), "switches_per_s");
+  EXPECT_EQ(system["efforts"][1].at("label"), "air");
+  EXPECT_EQ(system["efforts"][1].at("unit"), "g");
+  EXPECT_EQ(system.at("conditions"),
+            ordered_json::parse(R"([{"key": "payload_kg", "label": "payload", "unit": "kg"}])"));
+  const ordered_json& best = data.at("rankings")[0].at("variants")[0];
+  for (const char* key : {"rmse_mm", "rmse_margin", "p95_rmse_mm", "worst_rmse_mm", "switches_per_s", "air_g",
+                          "solve_p50_us", "solve_p99_us"})
+    EXPECT_TRUE(best.at(key).is_number()) << key;
+  for (const char* key : {"judged", "margin", "p95", "worst"})
+    EXPECT_TRUE(best.contains(system.at(key).get<std::string>())) << key;
+  for (const ordered_json& variant : data.at("variants"))
+    for (const char* key : {"name", "summary", "solver", "valves", "estimator"})
+      EXPECT_TRUE(variant.at(key).is_string()) << key;
 }
 
 TEST(Report, AsksTheNetworkForNothing) {
@@ -210,7 +238,7 @@ TEST(Report, BadFoldersAreRefusedByName) {
   folder.write("r/runs/step--nine_pd--s3.json", "{\"run\": {\"variant\": 3}}");
   refused("r --svg a.svg", "r/runs/step--nine_pd--s3.json");
   fresh();
-  folder.write("r/runs/step--nine_pd--s3.trace", "SLT1 and then rubbish");
+  folder.write("r/runs/step--nine_pd--s3.trace", "SLT2 and then rubbish");
   refused("r --figure solve_time --svg a.svg", "r/runs/step--nine_pd--s3.trace: a trace's");
   fresh();
   refused("r --figure nothing --svg a.svg", "no run 'nothing'");
@@ -230,13 +258,13 @@ TEST(ThesisCell, IsFoundByTheLawAndTheTaskNotByNames) {
   EXPECT_EQ(simulated->mae_mm.value, 0.61);
   EXPECT_EQ(simulated->ssa_mm->value, 0.01);
   EXPECT_TRUE(simulated->ssa_mm->upper_bound);
-  task.plant = "twin";
+  actuator(task).plant = "twin";
   const auto measured = thesis_cell(pd, task);
   ASSERT_TRUE(measured);
   EXPECT_EQ(measured->table, "7-2");
   EXPECT_TRUE(measured->measured);
   task.trajectory = thesis_sine(0.0197);
-  task.plane = Plane::horizontal;
+  actuator(task).plane = Plane::horizontal;
   EXPECT_EQ(thesis_cell(pd, task)->table, "7-8");
   EXPECT_FALSE(thesis_cell(pd, task)->sse_mm);
 }
@@ -249,10 +277,10 @@ TEST(ThesisCell, AnotherLawOrTaskHasNone) {
   EXPECT_FALSE(thesis_cell(shipped_variant("nine_pd"), task));
   EXPECT_FALSE(thesis_cell(shipped_variant("thesis_pd_ekf"), task));
   ScenarioConfig other = task;
-  other.payload_kg = 0.2;
+  actuator(other).payload_kg = 0.2;
   EXPECT_FALSE(thesis_cell(pd, other));
   other = task;
-  other.mismatch.friction = 1.5;
+  actuator(other).mismatch.friction = 1.5;
   EXPECT_FALSE(thesis_cell(pd, other));
   other = task;
   other.duration_s = 4.0;

@@ -1,5 +1,6 @@
 #include "experiments/study/scaling.hpp"
 
+#include "experiments/systems/actuator/scaling/actuator_scaling.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <algorithm>
@@ -80,10 +81,28 @@ TEST(ScalingCommand, RefusesWhatItCannotDoInOneLine) {
 
 TEST(ScalingStudy, KeepsOnlyFinishedRowsWhenStopped) {
   int asked = 0;
-  const auto rows = study_scaling(
-      {.instances = 2}, [](const std::string&) {}, [&] { return ++asked > 5; });
+  const auto rows = study_actuator_scaling(
+      {.instances = 2}, false, [](const std::string&) {}, [&] { return ++asked > 5; });
   ASSERT_EQ(rows.size(), 2u);  // two solves a row: the third row is stopped in its middle
   EXPECT_EQ(rows.back().periods, scaling_blocks(2));
+}
+
+TEST(ScalingStudy, OfOtherSystemsGrowsTheHorizonWithTheBlocks) {
+  const System* system = find_system("inverter");
+  const auto rows = study_scaling(
+      {.system = system, .instances = 3}, [](const std::string&) {}, [] { return false; });
+  ASSERT_EQ(rows.size(), 2u * most_blocks);
+  EXPECT_EQ(rows[0].mode_set, "three_level");
+  EXPECT_EQ(rows[0].states, 27);
+  EXPECT_EQ(rows[4].periods, std::vector<int>(5, 1));
+  EXPECT_EQ(rows[most_blocks].mode_set, "two_level");
+  for (const ScalingRow& row : rows) {
+    EXPECT_EQ(row.cold.proven, 1.0);
+    EXPECT_GT(row.warm.nodes_p50, 0);
+    if (row.periods.size() > 2) {
+      EXPECT_LT(row.warm.nodes_p50, row.full_tree);
+    }
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "experiments/campaign/simulate.hpp"
 #include "experiments/campaign/variant_numbers.hpp"
 #include "experiments/study/sweep.hpp"
+#include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
 #include "tests/experiments/program_under_test.hpp"
 #include "tests/support/actuator_metrics.hpp"
 
@@ -74,7 +75,7 @@ TEST(SweepStudy, HasAVariantForEachValueAndLeavesTheOthersAsTheyAre) {
   ASSERT_EQ(study.campaign.variants.size(), 4u);
   EXPECT_EQ(study.campaign.variants[0].name, "swept-40");
   EXPECT_EQ(study.campaign.variants[1].horizon.steps, 60);
-  EXPECT_EQ(study.campaign.variants[2].valves, "three_way");
+  EXPECT_EQ(study.campaign.variants[2].modes, "three_way");
   EXPECT_EQ(study.campaign.variants[3].name, "plain");
   EXPECT_EQ(study.campaign.variants[3].horizon.steps, 100);
   EXPECT_EQ(study.members[2].value, 100.0);
@@ -86,8 +87,8 @@ TEST(SweepStudy, PoolsRunsByValueAndByPayload) {
   const Folder folder;
   const Study study = read_study(folder.write("s.toml", small_study));
   const auto records = records_of(study, [](const Study::Member&, const ScenarioConfig& s, Metrics& m) {
-    m["rmse_mm"] = s.payload_kg > 0 ? 0.4 : 0.1;
-    m["overshoot_percent"] = s.payload_kg > 0 ? 3.0 : 1.0;
+    m["rmse_mm"] = actuator(s).payload_kg > 0 ? 0.4 : 0.1;
+    m["overshoot_percent"] = actuator(s).payload_kg > 0 ? 3.0 : 1.0;
   });
   const auto rows = study_rows(study, records);
   ASSERT_EQ(rows.size(), 2u);
@@ -240,7 +241,7 @@ TEST(SteadyPart, SwitchesAndAirOfHoldingAreThoseOfItsTicks) {
   const Study study = read_study("valves");
   ScenarioConfig scenario = *std::ranges::find(study.campaign.scenarios, "holding_0_100", &ScenarioConfig::name);
   VariantConfig variant = study.campaign.variants.front();
-  variant.valves = "three_way";
+  variant.modes = "three_way";
   const RunResult run = simulate(variant, scenario, 1);
   int switches = 0;
   for (std::size_t i = run.ticks.size() - 1000; i < run.ticks.size(); ++i)

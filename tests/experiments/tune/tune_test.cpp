@@ -43,7 +43,7 @@ TEST(FreeParameter, WhatIsNoRangeIsRefusedWithWhatIs) {
 }
 
 RunRecord record(const std::string& scenario, double rmse_mm, double switches, double air_g) {
-  RunRecord r{"v", scenario, "sine", 0.0, 1, "ok", no_metrics()};
+  RunRecord r{"v", scenario, "sine", {0.0}, 1, "ok", no_metrics()};
   (*r.metrics)["rmse_mm"] = rmse_mm;
   (*r.metrics)["switches_per_s"] = switches;
   (*r.metrics)["air_g"] = air_g;
@@ -54,10 +54,10 @@ TEST(TuneScore, IsTheLogOfTheGeometricMeanPlusEffortBeyondTheLimits) {
   std::vector<RunRecord> runs = {record("a", 0.01, 10, 1), record("b", 0.04, 30, 3)};
   Score s = score_of(runs, {20, 2});
   EXPECT_NEAR(s.objective, std::log(0.02), 1e-9);
-  EXPECT_EQ(s.worst_rmse_mm, 0.04);
+  EXPECT_EQ(s.worst_error, 0.04);
   s = score_of(runs, {10, 1});
   EXPECT_NEAR(s.objective, std::log(0.02) + 5 * std::log(2.0) + 5 * std::log(2.0), 1e-9);
-  runs.push_back({"v", "c", "sine", 0.0, 1, "unstable", std::nullopt});
+  runs.push_back({"v", "c", "sine", {0.0}, 1, "unstable", std::nullopt});
   s = score_of(runs, {20, 2});
   EXPECT_EQ(s.bad, 1);
   EXPECT_NEAR(s.objective, std::log(0.02) + 10.0 / 3, 1e-9);
@@ -99,8 +99,7 @@ TuneSettings settings_in(const Folder& folder, const std::string& out) {
   s.campaign = campaign_in(folder);
   s.variant = "thesis_pd_ekf";
   s.free = {parse_free_parameter("horizon.steps=20..100:whole"), parse_free_parameter("integral.gain=1e-4..1e-2:log")};
-  s.switches_per_s = 1000;
-  s.air_g = 1000;
+  s.limits = {{"switches_per_s", 1000}, {"air_g", 1000}};
   s.evaluations = 12;
   s.out = folder.file(out);
   return s;
@@ -203,7 +202,7 @@ TEST(TuneCommand, PrintsBeforeAndAfterDrawsTheHistoryAndNamesWhatItRefuses) {
   const test::ProgramRun run =
       test::run_program(folder,
                         "tune thesis_pd_ekf --campaign c.toml --free horizon.steps=20..100:whole --evaluations 3 "
-                        "--switches 1000 --air 1000 --out o");
+                        "--limit switches_per_s=1000 --limit air_g=1000 --out o");
   EXPECT_EQ(run.exit_code, 0) << run.err;
   for (const char* word : {"training, before", "held out, tuned", "horizon.steps", "compare o/tuned.toml"})
     EXPECT_THAT(run.out, HasSubstr(word));
@@ -212,7 +211,7 @@ TEST(TuneCommand, PrintsBeforeAndAfterDrawsTheHistoryAndNamesWhatItRefuses) {
   const test::ProgramRun json =
       test::run_program(folder,
                         "tune thesis_pd_ekf --campaign c.toml --free horizon.steps=20..100:whole --evaluations 3 "
-                        "--switches 1000 --air 1000 --out o --format json");
+                        "--limit switches_per_s=1000 --limit air_g=1000 --out o --format json");
   EXPECT_EQ(nlohmann::json::parse(json.out).at("steps").size(), 4u);
   const test::ProgramRun bad = test::run_program(folder, "tune thesis_pd_ekf --campaign c.toml --free horizon.steps=9");
   EXPECT_EQ(bad.exit_code, 2);

@@ -4,6 +4,7 @@
 #include <exception>
 
 #include <solenoid/controllers/instances/instance_set.hpp>
+#include <solenoid/controllers/systems/actuator/actuator_variant.hpp>
 #include <solenoid/solvers/search/exhaustive.hpp>
 
 namespace {
@@ -21,8 +22,8 @@ template <HybridModel Model>
 void solve_all(const InstanceSet& set, const VariantInstances& variant, Count& count) {
   const auto solver = make_solver<Model>(variant.config.solver);
   Exhaustive<Model> enumeration;
-  for (const Plane plane : {Plane::vertical, Plane::horizontal}) {
-    auto problem = make_problem<Model>(variant.config, plane);
+  for (std::uint32_t motion = 0; motion < set.motions.size(); ++motion) {
+    auto problem = make_problem<Model>(told(variant.config, set.motions[motion]));
     solver->prepare(problem);
     enumeration.prepare(problem);
     std::size_t sequences = 1;
@@ -31,7 +32,7 @@ void solve_all(const InstanceSet& set, const VariantInstances& variant, Count& c
     Plan<Model> plan(problem);
     for (std::size_t i = 0; i < variant.records.size(); ++i) {
       const InstanceRecord& record = variant.records[i];
-      if (set.motions[record.motion].plane != plane) continue;
+      if (record.motion != motion) continue;
       pose(set, record, problem, plan);
       const SolveReport report = solver->solve(problem, plan, Deadline::never());
       ++count.solved;
@@ -53,7 +54,7 @@ int main(int argc, char** argv) try {
   bool all = !set.variants.empty();
   for (const VariantInstances& variant : set.variants) {
     Count count;
-    if (variant.config.motor == "in_prediction")
+    if (actuator(variant.config).motor == "in_prediction")
       solve_all<PrestabilisedActuator>(set, variant, count);
     else
       solve_all<PneumaticActuator>(set, variant, count);

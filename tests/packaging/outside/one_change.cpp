@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <solenoid/controllers/instances/instance_set.hpp>
+#include <solenoid/controllers/systems/actuator/actuator_variant.hpp>
 
 namespace {
 
@@ -22,12 +23,12 @@ template <HybridModel Model>
 Score score(const InstanceSet& set, const VariantInstances& variant) {
   Score score;
   OneChange<Model> solver;
-  for (const Plane plane : {Plane::vertical, Plane::horizontal}) {
-    auto problem = make_problem<Model>(variant.config, plane);
+  for (std::uint32_t motion = 0; motion < set.motions.size(); ++motion) {
+    auto problem = make_problem<Model>(told(variant.config, set.motions[motion]));
     solver.prepare(problem);
     Plan<Model> plan(problem);
     for (const InstanceRecord& record : variant.records) {
-      if (set.motions[record.motion].plane != plane || record.plan_status != Status::optimal) continue;
+      if (record.motion != motion || record.plan_status != Status::optimal) continue;
       pose(set, record, problem, plan);
       const double before = evaluate(problem, plan).cost;
       const SolveReport report = solver.solve(problem, plan, Deadline::never());
@@ -53,7 +54,7 @@ int main(int argc, char** argv) try {
   const InstanceSet set = read_instances(argv[1]);
   int judged = 0, broken = 0;
   for (const VariantInstances& variant : set.variants) {
-    const bool in_prediction = variant.config.motor == "in_prediction";
+    const bool in_prediction = actuator(variant.config).motor == "in_prediction";
     const Score s = in_prediction ? score<PrestabilisedActuator>(set, variant) : score<PneumaticActuator>(set, variant);
     if (s.gaps.empty()) continue;
     const auto optimal = std::count_if(s.gaps.begin(), s.gaps.end(), [](double gap) { return gap <= 0.0; });

@@ -6,6 +6,7 @@
 #include "core/systems/actuator/signals.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/scenario.hpp"
+#include "experiments/campaign/simulated_system.hpp"
 #include "experiments/rig/calibration.hpp"
 
 #include <array>

@@ -169,13 +169,12 @@ class RatioSweep {
     t.free = tuned.free;
     t.algorithm = "nelder_mead";  // so few evaluations must try every key
     t.evaluations = t.patience = settings_.evaluations;
-    t.switches_per_s = study_.assumptions.limit_switches_per_s;
-    t.air_g = study_.assumptions.limit_air_g;
+    t.limits = {{"switches_per_s", study_.assumptions.limit_switches_per_s}, {"air_g", study_.assumptions.limit_air_g}};
     t.jobs = settings_.jobs;
     t.out = tuned.folder;
     tuned.result = tune(t, [&](const TuneResult& so_far) {
       progress_(fmt::format("share {:.3g}, {}: {} of {} evaluations, RMSE {:.3g} mm", design.share, law,
-                            so_far.steps.size() - 1, settings_.evaluations, so_far.steps.back().training.rmse_mm));
+                            so_far.steps.size() - 1, settings_.evaluations, so_far.steps.back().training.error));
     });
     if (tuned.result.interrupted() || tuned.result.steps.empty()) return std::nullopt;
     return tuned;

@@ -43,7 +43,7 @@ struct Experiment {
 
 /// Reads [[experiment]] tables. Throws ConfigError with file, line, key and what is allowed.
 std::vector<Experiment> read_experiments(TableReader& table);
-/// The shipped ones, experiments/data/tasks/identification.toml.
+/// The shipped ones, experiments/systems/actuator/data/tasks/identification.toml.
 const std::vector<Experiment>& shipped_experiments();
 std::vector<Experiment> read_experiments_file(const std::string& path);
 

@@ -25,7 +25,7 @@ struct SizingInput {
   std::map<std::string, PrintedFigure> printed;
 };
 
-/// The task of the thesis with its printed figures, compiled in (experiments/data/tasks/sizing.toml).
+/// The task of the thesis with its printed figures, compiled in (experiments/systems/actuator/data/tasks/sizing.toml).
 const SizingInput& thesis_sizing();
 
 /// Reads a task's TOML; what it leaves out is the thesis's, but for the bore, which it has none of, and the printed

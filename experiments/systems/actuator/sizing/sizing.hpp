@@ -32,7 +32,7 @@ double largest_speed(const ArmMotion& motion);
 double largest_acceleration(const ArmMotion& motion);
 
 /// What is to be moved and with what. The defaults are the thesis's, so are those of a task's file
-/// (experiments/data/tasks/sizing.toml).
+/// (experiments/systems/actuator/data/tasks/sizing.toml).
 struct SizingTask {
   std::string name = "thesis";
   bool vertical = true;

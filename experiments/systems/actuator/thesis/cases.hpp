@@ -1,6 +1,7 @@
 #pragma once
 
 #include "experiments/systems/actuator/thesis/reproduce.hpp"
+#include "experiments/systems/actuator/twin/twin_parameters.hpp"
 
 #include <string>
 #include <vector>

@@ -1,3 +1,5 @@
+#include "controllers/systems/actuator/actuator_variant.hpp"
+#include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
 #include "experiments/systems/actuator/thesis/cases.hpp"
 #include "experiments/systems/actuator/thesis/position_figures.hpp"
 
@@ -42,11 +44,11 @@ ReproducedCase hardware_case(const StandIn& rig, const std::string& table, const
   c.table = table;
   c.parameters = rig.name;
   c.name = name;
-  c.variant.model = nominal;
-  c.variant.nominal = named_parameters(nominal);
+  actuator(c.variant).model = nominal;
+  actuator(c.variant).nominal = named_parameters(nominal);
   c.variant.horizon.blocks.clear();
-  c.scenario.plant = rig.plant;
-  c.scenario.twin = rig.twin;
+  actuator(c.scenario).plant = rig.plant;
+  actuator(c.scenario).twin = rig.twin;
   c.scenario.noise = true;
   c.scenario.ideal_sensing = false;
   return c;
@@ -69,7 +71,7 @@ ReproducedCase step_case(const StandIn& rig, const std::string& table, const std
                               .step_to(rig.start_m + step_height_m, hold_s)
                               .steady_from(step_at_s + hold_s - steady_s);
   c.scenario.duration_s = c.scenario.trajectory.duration_s();
-  c.scenario.payload_kg = payload_kg;
+  actuator(c.scenario).payload_kg = payload_kg;
   repeat(c, rig.step_seeds);
   return c;
 }
@@ -108,12 +110,12 @@ ReproducedCase motion_case(const StandIn& rig, const PrintedTable& printed, std:
   c.variant.name = motor == "none" ? "dmpc_i" : "dmpc_i_" + motor;
   c.variant.horizon.steps = 100;
   c.variant.integral.gain = rig.integral_gain;
-  c.variant.motor = motor;
+  actuator(c.variant).motor = motor;
   c.scenario.name = c.scenario.trajectory_kind = kind;
   c.scenario.trajectory = kind == "sine" ? thesis_sine(rig.start_m) : thesis_cycloidal(rig.start_m);
   c.scenario.duration_s = c.scenario.trajectory.duration_s();
-  c.scenario.plane = plane == "vertical" ? Plane::vertical : Plane::horizontal;
-  c.scenario.payload_kg = payload_kg;
+  set_plane(c.scenario, plane == "vertical" ? Plane::vertical : Plane::horizontal);
+  actuator(c.scenario).payload_kg = payload_kg;
   repeat(c, rig.motion_seeds);
   return c;
 }

@@ -23,7 +23,7 @@ struct Comparison {
 /// One case of a table under one parameter set: the runs it stands for (one a seed) and what is compared.
 struct ReproducedCase {
   std::string table, parameters, name;
-  VariantConfig variant;
+  VariantConfig variant = new_variant();
   ScenarioConfig scenario;
   std::vector<std::uint64_t> seeds = {1};
   std::vector<Comparison> compared;

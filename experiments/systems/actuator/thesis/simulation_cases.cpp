@@ -1,4 +1,6 @@
+#include "controllers/systems/actuator/actuator_variant.hpp"
 #include "experiments/campaign/campaign.hpp"
+#include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
 #include "experiments/systems/actuator/thesis/cases.hpp"
 
 #include <fmt/format.h>
@@ -16,8 +18,8 @@ const std::vector<std::string>& simulation_parameters() {
 /// The shipped variant of the thesis's law, believing (and simulated with) `parameters`.
 VariantConfig thesis_variant(const std::string& motor, const std::string& parameters) {
   VariantConfig v = shipped_variant(motor == "none" ? "thesis_cylinder" : "thesis_" + motor);
-  v.model = parameters;
-  v.nominal = named_parameters(parameters);
+  actuator(v).model = parameters;
+  actuator(v).nominal = named_parameters(parameters);
   return v;
 }
 
@@ -27,7 +29,7 @@ ScenarioConfig thesis_scenario(const std::string& kind, double payload_kg, const
   ScenarioConfig s;
   s.name = s.trajectory_kind = kind;
   s.trajectory = kind == "sine" ? thesis_sine(start_m) : thesis_cycloidal(start_m);
-  s.payload_kg = payload_kg;
+  actuator(s).payload_kg = payload_kg;
   s.duration_s = s.trajectory.duration_s();
   return s;
 }
@@ -63,7 +65,7 @@ std::vector<ReproducedCase> simulation_table(const std::string& table) {
       c.parameters = parameters;
       c.variant = thesis_variant(motor, parameters);
       c.name = fmt::format("{}, {} kg", c.variant.name, payload_kg);
-      c.scenario = thesis_scenario(kind, payload_kg, c.variant.nominal);
+      c.scenario = thesis_scenario(kind, payload_kg, actuator(c.variant).nominal);
       c.compared = comparisons(printed, row);
       cases.push_back(std::move(c));
     }

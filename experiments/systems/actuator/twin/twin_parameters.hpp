@@ -114,7 +114,7 @@ struct TwinParameters {
 /// sensing, integration; what is missing is off. Throws ConfigError with file, line, key and what is allowed.
 TwinParameters read_twin(TableReader& table);
 TwinParameters read_twin_file(const std::string& path);
-/// The twin shipped as experiments/data/scenarios/twin.toml, compiled in.
+/// The twin shipped as experiments/systems/actuator/data/scenarios/twin.toml, compiled in.
 const TwinParameters& nominal_twin();
 
 }  // namespace solenoid

@@ -76,7 +76,7 @@ double best_rmse_mm(const std::string& csv) {
 /// A mismatched plant is identified, its file written, and compared with.
 TEST(IdentifyCommand, ItsParametersMakeTheBestVariantOfAMismatchedTwinBetter) {
   const Folder folder;
-  const std::string campaign = SOLENOID_SOURCE_DIR "/experiments/data/tried/identified.toml";
+  const std::string campaign = SOLENOID_SOURCE_DIR "/experiments/systems/actuator/data/tried/identified.toml";
   const ProgramRun found = run_program(
       folder, "identify --mismatch friction=1.5,flow=0.8,supply=0.9,delay=1.4,inertia=1.2 --out found --no-figures");
   ASSERT_EQ(found.exit_code, 0) << found.err;

@@ -1,3 +1,4 @@
+#include "controllers/systems/actuator/actuator_variant.hpp"
 #include "core/systems/actuator/signals.hpp"
 #include "experiments/campaign/simulate.hpp"
 #include "experiments/systems/actuator/thesis/fidelity.hpp"
@@ -17,9 +18,9 @@ ScenarioConfig scenario_from(const std::string& text) {
 }
 
 VariantConfig thesis_pd() {
-  VariantConfig v;
+  VariantConfig v = new_variant();
   v.integral.gain = 0.005;
-  v.motor = "pd";
+  actuator(v).motor = "pd";
   return v;
 }
 

@@ -1,0 +1,102 @@
+#pragma once
+
+#include "controllers/catalogue.hpp"
+#include "controllers/estimators/estimator.hpp"
+#include "controllers/ladder/fallback_ladder.hpp"
+#include "controllers/variant_keys.hpp"
+#include "core/safety/limits.hpp"
+#include "core/system/description.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace solenoid {
+
+/// A plant with switched inputs, as whoever makes controllers for it asks: its description, what a variant of it may
+/// say, and what that becomes. A system derives from this and is registered (registered_systems.hpp); how it is
+/// simulated is SimulatedSystem's part (experiments/campaign/simulated_system.hpp).
+///
+/// const throughout: one object serves all variants.
+class System {
+ public:
+  /// What there is to choose from.
+  struct Choices {
+    std::vector<std::string> mode_sets;
+    std::vector<EstimatorName> estimators;
+    std::vector<SolverRow> solvers{};  ///< beside those of every system
+    std::vector<LawRow> laws{};
+    std::vector<std::string> parameter_sets{};  ///< names that the key `model` takes, beside a table or file
+  };
+  virtual ~System() = default;
+  System(const System&) = delete;
+  System& operator=(const System&) = delete;
+
+  const SystemDescription& description() const { return description_; }
+  const std::string& name() const { return description_.name; }
+  const std::vector<std::string>& mode_sets() const { return choices_.mode_sets; }
+  const std::vector<EstimatorName>& estimators() const { return choices_.estimators; }
+  const std::vector<SolverRow>& solvers() const { return choices_.solvers; }
+  const std::vector<LawRow>& laws() const { return choices_.laws; }
+  const std::vector<std::string>& parameter_sets() const { return choices_.parameter_sets; }
+  /// Every key of a variant, in the order of the documentation: those of every system, then its own.
+  const std::vector<VariantKey>& keys() const { return keys_; }
+
+  /// A variant that says nothing but its name.
+  virtual VariantConfig defaults() const = 0;
+  /// Reads by hand what is no declared key: the model. Throws ConfigError with file, line, key and what is allowed.
+  virtual void read(TableReader& table, VariantConfig& variant) const = 0;
+  /// Throws by table.fail() what its keys cannot be together.
+  virtual void check(TableReader& /*table*/, const VariantConfig& /*variant*/) const {}
+  /// Takes over what a task tells its controllers: a text of the system's own (the plane of the arm), mostly none.
+  virtual void tell(VariantConfig& /*variant*/, const std::string& /*setting*/) const {}
+  /// Takes over a sampling that has changed.
+  virtual void resample(VariantConfig& /*variant*/) const {}
+
+  /// The variant's mode set.
+  virtual ModeSet modes(const VariantConfig& variant) const = 0;
+  /// The most that each continuous input may be.
+  virtual std::vector<double> continuous_limits(const VariantConfig& /*variant*/) const { return {}; }
+  /// The problem that a variant poses in each period, without state and reference.
+  virtual AnyProblem problem(const VariantConfig& variant) const = 0;
+  /// The variant's estimator through its channels.
+  virtual Estimator estimator(const VariantConfig& variant) const = 0;
+  /// A controller with a solver around it, which `decorate` has had. Throws what is impossible.
+  virtual std::unique_ptr<Controller> mpc(const VariantConfig& variant, const Motion& reference,
+                                          const SolverDecorator& decorate) const = 0;
+
+  /// What stands in for plans on the rig.
+  virtual std::unique_ptr<Guard> guard(const VariantConfig& variant) const = 0;
+  /// Limits of the ladder for the system's usual sensors.
+  virtual LadderSettings ladder() const = 0;
+  /// Takes over what a variant believes about the plant.
+  virtual void fit_ladder(const VariantConfig& /*variant*/, LadderSettings& /*settings*/) const {}
+
+ protected:
+  /// The description must outlive it.
+  System(const SystemDescription& description, Choices choices);
+  /// Appends its own keys; called at the end of a derived constructor.
+  void add_keys(const std::vector<VariantKey>& own) { keys_.insert(keys_.end(), own.begin(), own.end()); }
+
+ private:
+  const SystemDescription& description_;
+  Choices choices_;
+  std::vector<VariantKey> keys_;
+};
+
+/// The horizon of a variant in blocks of model steps.
+Horizon make_horizon(const VariantConfig& variant);
+
+/// A variant's weights as a model's cost has them.
+template <HybridModel Model>
+Cost<Model> make_cost(const CostSettings& weights) {
+  Cost<Model> cost;
+  cost.tracking = first<Model::output_size>(weights.tracking);
+  cost.terminal = first<Model::output_size>(weights.terminal);
+  cost.switching = weights.switching;
+  cost.consumption = weights.consumption;
+  cost.continuous = first<Model::continuous_size>(weights.continuous);
+  return cost;
+}
+
+}  // namespace solenoid

@@ -1,0 +1,167 @@
+#include "controllers/factory.hpp"
+#include "controllers/mpc_controller.hpp"
+#include "controllers/systems/actuator/actuator_guard.hpp"
+#include "controllers/systems/actuator/actuator_keys.hpp"
+#include "controllers/systems/actuator/actuator_variant.hpp"
+#include "core/config/reader.hpp"
+#include "core/systems/actuator/signals.hpp"
+#include "core/systems/actuator/valves.hpp"
+
+#include <optional>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace solenoid {
+namespace {
+
+System::Choices choices() {
+  System::Choices c;
+  c.mode_sets = valve_configurations();
+  for (const EstimatorRow& row : estimator_rows()) c.estimators.push_back({row.name, row.summary});
+  c.solvers = actuator_solvers();
+  c.laws = actuator_laws();
+  c.parameter_sets = parameter_set_names();
+  return c;
+}
+
+void read_model(TableReader& table, ActuatorVariant& v) {
+  if (table.is_table("model")) {
+    v.model = "table";
+    TableReader parameters = table.table("model");
+    v.nominal = read_parameters(parameters);
+    return;
+  }
+  v.model = table.text_or("model", v.model);
+  if (v.model.ends_with(".toml")) {
+    TableReader parameters = table.file_table("model");
+    v.nominal = read_parameters(parameters);
+    return;
+  }
+  try {
+    v.nominal = named_parameters(v.model);
+  } catch (const std::invalid_argument& error) {
+    table.fail("model", fmt::format("{}, or a file of parameters ending in .toml", error.what()));
+  }
+}
+
+void read_use_of_estimate(TableReader& table, const EstimatorRow& row, ActuatorVariant& v) {
+  const std::string use =
+      table.text_or("use_estimate", "state", {"state", "payload", "disturbance", "payload_and_disturbance"});
+  v.use_estimate = {use.starts_with("payload"), use.ends_with("disturbance")};
+  if (use != "state" && !row.finds_load)
+    table.fail("use_estimate", fmt::format("the estimator '{}' has nothing but the state (allowed: state)", row.name));
+}
+
+void check_estimation(TableReader& table, const EstimatorTuning& t) {
+  const auto above = [&](const char* high, double high_value, const char* low, double low_value) {
+    if (!(low_value < high_value))
+      table.table("estimation").fail(high, fmt::format("not above {} (allowed: above {:g})", low, low_value));
+  };
+  above("position_high_m", t.position_high_m, "position_low_m", t.position_low_m);
+  above("pressure_high_pa", t.pressure_high_pa, "pressure_low_pa", t.pressure_low_pa);
+}
+
+void check_joint(const TableReader& table, const VariantConfig& v) {
+  const SolverRow* row = find_row(system_of(v).solvers(), v.solver);
+  if (actuator(v).motor != "joint" || !row || row->chooses_continuous) return;
+  std::vector<std::string> able;
+  for (const SolverRow& other : system_of(v).solvers())
+    if (other.chooses_continuous) able.push_back(other.name);
+  table.fail("motor",
+             fmt::format("'joint' needs a solver that chooses continuous inputs, not '{}' (allowed solvers: {})",
+                         v.solver, fmt::join(able, ", ")));
+}
+
+template <HybridModel Model>
+Problem<Model> actuator_problem_of(const VariantConfig& v) {
+  const Model model = make_model<Model>(v);
+  // What a plan adds to the motor's law is the solver's to choose in joint plans, and nothing in others. It may turn
+  // the law's whole force round.
+  const double most =
+      actuator(v).motor == "joint" ? (HasFeedback<Model> ? 2.0 : 1.0) * model.parameters().motor_force_limit_n() : 0.0;
+  Bounds<Model> bounds;
+  bounds.continuous_lower = {-most};
+  bounds.continuous_upper = {most};
+  return {model, valve_modes(v.modes, model.parameters()), make_horizon(v), make_cost<Model>(v.cost), bounds};
+}
+
+template <HybridModel Model>
+std::unique_ptr<Controller> actuator_mpc(const VariantConfig& v, const Motion& reference,
+                                         const SolverDecorator& decorate) {
+  AnySolver solver = make_solver<Model>(v);
+  if (decorate) solver = decorate(std::move(solver));
+  using Mpc = MpcController<Model, MotorInputs>;
+  return make_shell(v, reference,
+                    Mpc({actuator_problem_of<Model>(v), std::get<SolverPtr<Model>>(std::move(solver)), v.integral,
+                         v.deadline_ms, v.latency_ticks, v.timing.ticks_per_period, actuator_description().outputs,
+                         make_motor(v, make_model<PneumaticActuator>(v))}));
+}
+
+/// The hybrid pneumatic-electric actuator.
+class ActuatorSystem final : public System {
+ public:
+  ActuatorSystem() : System(actuator_description(), choices()) { add_keys(actuator_keys()); }
+
+  /// The thesis's DMPC without integral action, the cylinder alone.
+  VariantConfig defaults() const override {
+    VariantConfig v;
+    v.modes = "three_way";
+    v.estimator = "thesis";
+    v.cost.tracking[0] = 1.0;
+    return v;
+  }
+  void read(TableReader& table, VariantConfig& v) const override {
+    const EstimatorRow& row = estimator_row(v.estimator);
+    actuator(v).estimation = row.tuning;
+    read_model(table, actuator(v));
+    read_use_of_estimate(table, row, actuator(v));
+  }
+  void check(TableReader& table, const VariantConfig& v) const override {
+    check_estimation(table, actuator(v).estimation);
+    check_joint(table, v);
+  }
+  /// The plane in which the arm moves; none leaves the parameters' own.
+  void tell(VariantConfig& v, const std::string& setting) const override {
+    if (!setting.empty()) actuator(v).nominal.plane = setting == "horizontal" ? Plane::horizontal : Plane::vertical;
+  }
+  void resample(VariantConfig& v) const override { actuator(v).estimation.tick_s = v.timing.tick_s; }
+
+  ModeSet modes(const VariantConfig& v) const override { return valve_modes(v.modes, actuator(v).nominal); }
+  std::vector<double> continuous_limits(const VariantConfig& v) const override {
+    return {actuator(v).nominal.motor_force_limit_n()};
+  }
+  AnyProblem problem(const VariantConfig& v) const override {
+    if (predicts_motor(v)) return actuator_problem_of<PrestabilisedActuator>(v);
+    return actuator_problem_of<PneumaticActuator>(v);
+  }
+  Estimator estimator(const VariantConfig& v) const override {
+    return make_estimator(v.estimator, make_model<PneumaticActuator>(v), actuator(v).estimation);
+  }
+  std::unique_ptr<Controller> mpc(const VariantConfig& v, const Motion& reference,
+                                  const SolverDecorator& decorate) const override {
+    if (predicts_motor(v)) return actuator_mpc<PrestabilisedActuator>(v, reference, decorate);
+    return actuator_mpc<PneumaticActuator>(v, reference, decorate);
+  }
+
+  std::unique_ptr<Guard> guard(const VariantConfig& v) const override {
+    std::optional<MotorGains> motor;
+    if (actuator(v).hybrid()) motor = actuator(v).motor_gains;
+    return std::make_unique<ActuatorGuard>(make_model<PneumaticActuator>(v), modes(v), motor, v.timing.tick_s);
+  }
+  LadderSettings ladder() const override { return actuator_ladder(); }
+  void fit_ladder(const VariantConfig& v, LadderSettings& settings) const override {
+    bound_by_supply(settings.plausibility, actuator(v).nominal);
+  }
+};
+
+}  // namespace
+
+const System& actuator_system();
+const System& actuator_system() {
+  static const ActuatorSystem system;
+  return system;
+}
+
+}  // namespace solenoid

@@ -1,0 +1,76 @@
+#pragma once
+
+#include "controllers/catalogue.hpp"
+#include "controllers/estimators/estimator.hpp"
+#include "controllers/systems/actuator/estimators/tuning.hpp"
+#include "controllers/systems/actuator/laws/settings.hpp"
+#include "controllers/systems/actuator/motor_inputs.hpp"
+#include "controllers/variant.hpp"
+#include "core/systems/actuator/parameters.hpp"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace solenoid {
+
+/// What a variant of the actuator says beside what every variant does. The defaults are the thesis's cylinder alone.
+struct ActuatorVariant {
+  std::string model = "consistent";  ///< a parameter set's name, or a file of parameters
+  ActuatorParameters nominal;        ///< `model`, read
+  EstimatorTuning estimation;        ///< of the estimator's name, with what the variant overrides
+  UseEstimate use_estimate;          ///< in the prediction and in inverse dynamics; the state always is
+  std::string motor = "none";
+  MotorGains motor_gains;
+  PulseWidthSettings pulse_width;
+  SlidingSettings sliding;
+  PhaseSettings phases;
+  double terminal_acceleration = 0.0;  ///< weight of ExtendedCostSearch
+
+  /// Whether a motor helps the cylinder.
+  bool hybrid() const { return motor != "none"; }
+  bool operator==(const ActuatorVariant&) const = default;
+};
+
+/// A variant's own settings, which are the actuator's.
+inline const ActuatorVariant& actuator(const VariantConfig& variant) { return variant.own.as<ActuatorVariant>(); }
+/// The same, to be changed.
+inline ActuatorVariant& actuator(VariantConfig& variant) { return variant.own.as<ActuatorVariant>(); }
+
+/// Whether the prediction has the motor's law in it: the model is then PrestabilisedActuator. Solvers that plan the whole
+/// force need no law.
+bool predicts_motor(const VariantConfig& variant);
+
+/// What the variant believes.
+template <HybridModel Model>
+Model make_model(const VariantConfig& v) {
+  if constexpr (HasFeedback<Model>)
+    return Model(actuator(v).nominal, actuator(v).motor_gains);
+  else
+    return Model(actuator(v).nominal);
+}
+
+/// The motor's law beside the valves, and what the variant uses of the estimate.
+MotorInputs make_motor(const VariantConfig& variant, const PneumaticActuator& model);
+
+/// An estimator through the sensing chain.
+struct EstimatorRow {
+  std::string name, summary;
+  bool finds_load = false;  ///< payload and disturbance, for `use_estimate`
+  EstimatorTuning tuning;   ///< what a variant has that does not say
+  Estimator (*make)(const PneumaticActuator& model, const EstimatorTuning& tuning);
+};
+
+/// The estimators there are.
+const std::vector<EstimatorRow>& estimator_rows();
+/// The row of this name; throws std::invalid_argument, naming what is allowed.
+const EstimatorRow& estimator_row(std::string_view name);
+/// The estimator of this name over a nominal model. May allocate; throws std::invalid_argument.
+Estimator make_estimator(std::string_view name, const PneumaticActuator& model, const EstimatorTuning& tuning);
+
+/// Its feedback laws.
+std::vector<LawRow> actuator_laws();
+/// Its solvers beside those of every system.
+std::vector<SolverRow> actuator_solvers();
+
+}  // namespace solenoid

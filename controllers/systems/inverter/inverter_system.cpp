@@ -1,0 +1,83 @@
+#include "controllers/model_system.hpp"
+#include "controllers/systems/inverter/inverter_variant.hpp"
+#include "core/systems/inverter/modes.hpp"
+#include "core/systems/inverter/signals.hpp"
+
+#include <limits>
+#include <string>
+
+namespace solenoid {
+namespace {
+
+constexpr double unbounded = std::numeric_limits<double>::infinity();
+
+std::vector<VariantKey> inverter_keys() {
+  std::vector<VariantKey> keys;
+  KeyGroup{keys, "estimation"}.add(
+      "estimation.current_sigma_a",
+      VariantKey::At<double>([](VariantConfig& v) -> double& { return inverter(v).current_sigma_a; }),
+      Range::positive(), "A", "white noise of the current sensors");
+  return keys;
+}
+
+class InverterSystem final : public ModelSystem<InverterLoad> {
+ public:
+  InverterSystem()
+      : ModelSystem(inverter_description(),
+                    {.mode_sets = inverter_configurations(),
+                     .estimators = {{"kalman", "extended Kalman filter: currents measured, back-EMF found"}}}) {
+    add_keys(inverter_keys());
+  }
+
+  /// What the field uses: one step ahead, every mode tried.
+  VariantConfig defaults() const override {
+    VariantConfig v;
+    v.modes = "three_level";
+    v.estimator = "kalman";
+    v.horizon = {1, {}};
+    v.cost.tracking = {1.0, 1.0};
+    v.cost.switching = 600.0;
+    return v;
+  }
+  void read(TableReader& table, VariantConfig& v) const override {
+    inverter(v).nominal = read_model_table(table, inverter(v).nominal, read_inverter);
+  }
+  /// The frequency of the electromotive force [Hz].
+  void tell(VariantConfig& v, const std::string& setting) const override {
+    if (!setting.empty()) inverter(v).nominal.emf_frequency_hz = std::stod(setting);
+  }
+  /// The model's coefficients are of one tick.
+  void resample(VariantConfig& v) const override { inverter(v).nominal.sampling_s = v.timing.tick_s; }
+  ModeSet modes(const VariantConfig& v) const override { return inverter_modes(v.modes, inverter(v).nominal); }
+  InverterLoad model(const VariantConfig& v) const override { return InverterLoad(inverter(v).nominal); }
+  KalmanSetup<InverterLoad> filter(const VariantConfig& v) const override {
+    const InverterParameters& p = inverter(v).nominal;
+    KalmanSetup<InverterLoad> setup;
+    for (std::size_t k = 0; k < 2; ++k)
+      setup.channels.push_back(KalmanChannel<InverterLoad>::of(k, inverter(v).current_sigma_a));
+    setup.process_sigma = {50.0, 50.0, 500.0, 500.0};
+    setup.start_sigma = {p.rated_current_a, p.rated_current_a, p.emf_amplitude_v, p.emf_amplitude_v};
+    return setup;
+  }
+  Vector<double, 4> rest() const override { return {100.0, 100.0, unbounded, unbounded}; }
+  /// Half as much again as the rated current is an overcurrent.
+  LadderSettings ladder() const override {
+    LadderSettings settings;
+    const double rated = InverterParameters().rated_current_a;
+    const SensorBounds current{-2.0 * rated, 2.0 * rated, -3.0 * rated, 3.0 * rated, 1.0, 0.2 * rated, 2.0};
+    settings.plausibility.channels = {current, current};
+    settings.limits = {{.low = -1.5 * rated, .high = 1.5 * rated}, {.low = -1.5 * rated, .high = 1.5 * rated}};
+    settings.needed_to_stop = {0, 1};
+    return settings;
+  }
+};
+
+}  // namespace
+
+const System& inverter_system();
+const System& inverter_system() {
+  static const InverterSystem system;
+  return system;
+}
+
+}  // namespace solenoid

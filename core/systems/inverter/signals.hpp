@@ -1,0 +1,26 @@
+#pragma once
+
+#include "core/metrics/metrics.hpp"
+#include "core/system/description.hpp"
+#include "core/systems/inverter/inverter.hpp"
+
+#include <span>
+
+namespace solenoid {
+
+/// The inverter as everything above the solvers knows it. Tick and period are 25 us.
+const SystemDescription& inverter_description();
+
+/// Evaluates a run of it; a solve that took longer than `deadline_us` is a miss. `devices`:
+/// of the inverter, twelve with three levels, six with two. With i the true current and r the
+/// desired one as complex numbers alpha + j beta:
+///
+/// distortion_percent   100 rms |i - c r| / rms |c r|,  c = sum i r* / sum |r|^2: what is left of the current beside its
+///                      share of the desired one, which for a rotating r is the fundamental
+/// error_percent        100 rms |i - r| / rms |r|
+/// rmse_a, largest_a    |i - r|
+/// switching_hz         of one device, how often a second it turns on: of a change of a gate signal one turns on
+/// switches             changes of a gate signal
+Metrics evaluate_inverter_run(std::span<const TickRecord> ticks, double tick_s, int devices, double deadline_us);
+
+}  // namespace solenoid

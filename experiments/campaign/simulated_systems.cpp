@@ -1,0 +1,42 @@
+#include "controllers/registered_systems.hpp"
+#include "experiments/campaign/simulated_system.hpp"
+
+#include <stdexcept>
+
+#include <nlohmann/json.hpp>
+
+namespace solenoid {
+
+#define SOLENOID_DECLARE_SIMULATION(name) const SimulatedSystem& name##_simulation();
+SOLENOID_SYSTEMS(SOLENOID_DECLARE_SIMULATION)
+#undef SOLENOID_DECLARE_SIMULATION
+
+const SimulatedSystem& simulation_of(const System& system) {
+#define SOLENOID_LISTED_SIMULATION(name) &name##_simulation(),
+  static const SimulatedSystem* const all[] = {SOLENOID_SYSTEMS(SOLENOID_LISTED_SIMULATION)};
+#undef SOLENOID_LISTED_SIMULATION
+  for (const SimulatedSystem* simulation : all)
+    if (&simulation->system() == &system) return *simulation;
+  throw std::invalid_argument("the system '" + system.name() + "' has no simulation");
+}
+
+std::span<const ActuationFault> SimulatedSystem::actuation_faults() const {
+  static const std::vector<ActuationFault> all = {{"switches", "stuck"}};
+  return all;
+}
+
+Command SimulatedSystem::spoiled(const VariantConfig&, const ActuationFault&, const Command& wanted,
+                                 const Command& last) const {
+  Command reached = wanted;
+  reached.switches = last.switches;
+  return reached;
+}
+
+nlohmann::ordered_json SimulatedSystem::published(const VariantConfig&, const ScenarioConfig&) const { return {}; }
+
+std::unique_ptr<SimulatedPlant> make_plant(const VariantConfig& variant, const ScenarioConfig& scenario,
+                                           std::uint64_t seed) {
+  return simulation_of(scenario).make_plant(told(variant, scenario), scenario, seed);
+}
+
+}  // namespace solenoid

@@ -1,0 +1,65 @@
+#include "experiments/systems/actuator/scaling/actuator_scaling.hpp"
+
+#include "core/systems/actuator/signals.hpp"
+#include "experiments/profile/replay.hpp"
+#include "experiments/study/scaling_study.hpp"
+
+namespace solenoid {
+namespace {
+
+constexpr std::array valve_sets = {"three_way", "seven_mode", "two_way"};
+constexpr double switching_m2 = 2e-8;  // weight of one coil change
+
+/// Every moment over the thesis's two motions of a loop closed with four blocks.
+template <HybridModel M>
+std::vector<scaling::Moment<M>> thesis_moments(const char* valves) {
+  const auto problem = actuator_problem<M>(valves, scaling_blocks(4), switching_m2);
+  const double start = problem.model.parameters().equilibrium_position_m();
+  std::vector<scaling::Moment<M>> all;
+  for (const Trajectory& motion : {thesis_sine(start), thesis_cycloidal(start)}) {
+    BranchAndBound<M> search;
+    const auto recorded = record_closed_loop(problem, motion, search);
+    for (std::size_t k = 1; k < recorded.size(); ++k) all.push_back({recorded[k - 1], recorded[k]});
+  }
+  return all;
+}
+
+template <HybridModel M>
+std::vector<ScalingRow> study_valves(const ScalingOptions& options,
+                                     const std::function<void(const std::string&)>& progress,
+                                     const std::function<bool()>& stop) {
+  std::vector<ScalingRow> rows;
+  for (const char* valves : valve_sets) {
+    progress(fmt::format("{}: recording", valves));
+    const auto moments = scaling::some_moments(thesis_moments<M>(valves), options.instances);
+    const auto problem_with = [&](int blocks) {
+      return actuator_problem<M>(valves, scaling_blocks(blocks), switching_m2);
+    };
+    if (!scaling::study_mode_set<M>(valves, moments, actuator_timing, problem_with, progress, stop, rows)) break;
+  }
+  return rows;
+}
+
+}  // namespace
+
+std::vector<int> scaling_blocks(int count) {
+  static const std::array<std::vector<int>, most_blocks> ladder = {{{20},
+                                                                    {4, 16},
+                                                                    {2, 4, 14},
+                                                                    {2, 2, 4, 12},
+                                                                    {1, 1, 2, 4, 12},
+                                                                    {1, 1, 2, 2, 4, 10},
+                                                                    {1, 1, 1, 2, 2, 4, 9},
+                                                                    {1, 1, 1, 1, 2, 2, 4, 8}}};
+  return ladder.at(static_cast<std::size_t>(count - 1));
+}
+
+std::vector<ScalingRow> study_actuator_scaling(const ScalingOptions& options, bool cylinder,
+                                               const std::function<void(const std::string&)>& progress,
+                                               const std::function<bool()>& stop) {
+  const PinnedCore pinned(-1);
+  return cylinder ? study_valves<PneumaticActuator>(options, progress, stop)
+                  : study_valves<PrestabilisedActuator>(options, progress, stop);
+}
+
+}  // namespace solenoid

@@ -1,0 +1,156 @@
+// Every command that asks for a system, on each of them.
+#include "controllers/systems.hpp"
+#include "tests/experiments/program_under_test.hpp"
+
+#include <ostream>
+#include <set>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace solenoid {
+namespace {
+
+using nlohmann::json;
+using test::Folder;
+using test::ProgramRun;
+using test::run_program;
+using test::text_of;
+using testing::HasSubstr;
+
+/// A short campaign of a system and what its people look for.
+struct Case {
+  std::string system, variants, scenario, free, judged, heading, axis;
+  std::string first() const { return variants.substr(1, variants.find('"', 1) - 1); }
+  /// Two tasks, of which one judges what is tuned.
+  std::string campaign() const {
+    std::string text = "variants = [" + variants + "]\n";
+    for (const char* name : {"train", "held_out"})
+      text += "[[scenario]]\nname = \"" + std::string(name) + "\"\nsystem = \"" + system + "\"\n" + scenario;
+    return text;
+  }
+};
+
+/// In the names of tests.
+void PrintTo(const Case& c, std::ostream* out) { *out << c.system; }
+
+const Case cases[] = {
+    {"actuator", R"("nine_cylinder", "thesis_pd")", "trajectory = { kind = \"sine\" }\nduration_s = 0.5\n",
+     "cost.switching=1e-9..1e-7:log", "rmse_mm", "RMSE mm", "position"},
+    {"thrusters", R"("flyer_pairs", "flyer_rounded")",
+     "trajectory = { x = { kind = \"step\", height_m = 0.1, at_s = 0.2 } }\nnoise = true\nduration_s = 3.0\n",
+     "cost.air=1..100:log", "rmse_mm", "RMSE mm", "angle"},
+    {"inverter", R"("inverter_one_step", "inverter_n3")", "trajectory = { kind = \"rotating\", duration_s = 0.01 }\n",
+     "cost.switching=100..10000:log", "distortion_percent", "distortion %", "current alpha"}};
+
+class EverySystem : public testing::TestWithParam<Case> {};
+
+TEST_P(EverySystem, IsListedWithItsKeys) {
+  const Folder folder;
+  const ProgramRun listed = run_program(folder, "list systems --format json");
+  ASSERT_EQ(listed.exit_code, 0) << listed.err;
+  EXPECT_THAT(listed.out, HasSubstr("\"" + GetParam().system + "\""));
+  const ProgramRun keys = run_program(folder, "list keys --format json --system " + GetParam().system);
+  ASSERT_EQ(keys.exit_code, 0) << keys.err;
+  std::set<std::string> own;
+  const json listed_keys = json::parse(keys.out).at("keys");
+  for (const json& key : listed_keys) own.insert(key.at("key"));
+  for (const OutputSource& output : find_system(GetParam().system)->description().outputs)
+    EXPECT_TRUE(own.contains("cost." + output.name)) << output.name;
+  const ProgramRun modes = run_program(folder, "list modes --system " + GetParam().system);
+  EXPECT_THAT(modes.out, HasSubstr(find_system(GetParam().system)->mode_sets().front()));
+}
+
+TEST_P(EverySystem, IsComparedAndReportedInItsUnits) {
+  const Case& c = GetParam();
+  const Folder folder;
+  folder.write("c.toml", c.campaign());
+  const ProgramRun compared = run_program(folder, "compare c.toml --out r --format json");
+  ASSERT_EQ(compared.exit_code, 0) << compared.err;
+  const json runs = json::parse(compared.out).at("runs");
+  ASSERT_EQ(runs.size(), 4u);
+  for (const json& run : runs) {
+    EXPECT_EQ(run.at("system"), c.system);
+    EXPECT_EQ(run.at("status"), "ok");
+    EXPECT_GT(run.at(c.judged).get<double>(), 0.0);
+  }
+  EXPECT_THAT(run_program(folder, "compare c.toml --out r").out, HasSubstr(c.heading));
+  EXPECT_THAT(text_of(folder / "r/runs.csv"), HasSubstr("," + c.judged + ","));
+  const ProgramRun figure = run_program(folder, "report r --figure train--" + c.first() + "--s1 --svg run.svg");
+  EXPECT_EQ(figure.exit_code, 0) << figure.err;
+  EXPECT_THAT(text_of(folder / "run.svg"), HasSubstr(c.axis));
+  const ProgramRun page = run_program(folder, "report r --out page.html");
+  ASSERT_EQ(page.exit_code, 0) << page.err;
+  EXPECT_THAT(text_of(folder / "page.html"), HasSubstr("\"" + c.judged + "\""));
+}
+
+TEST_P(EverySystem, IsProfiledAndItsGapsAreKept) {
+  const Case& c = GetParam();
+  const Folder folder;
+  folder.write("c.toml", c.campaign());
+  const ProgramRun profiled =
+      run_program(folder, "profile c.toml --record c.instances --per-variant 20 --passes 1 --format json");
+  ASSERT_EQ(profiled.exit_code, 0) << profiled.err;
+  const json profiles = json::parse(profiled.out).at("variants");
+  ASSERT_EQ(profiles.size(), 2u);
+  for (const json& v : profiles) {
+    EXPECT_GE(v.at("instances").get<int>(), 10);
+    EXPECT_GT(v.at("p50_us").get<double>(), 0.0);
+  }
+  const ProgramRun ledger = run_program(
+      folder, "ledger --instances c.instances --variant " + c.first() + " --states 5 --bonmin 0 --format json");
+  ASSERT_EQ(ledger.exit_code, 0) << ledger.err;
+  EXPECT_THAT(ledger.out, HasSubstr("branch_and_bound"));
+}
+
+TEST_P(EverySystem, IsTuned) {
+  const Case& c = GetParam();
+  const Folder folder;
+  folder.write("c.toml", c.campaign());
+  const ProgramRun tuned = run_program(
+      folder, "tune " + c.first() + " --campaign c.toml --free " + c.free + " --evaluations 2 --out t --format json");
+  ASSERT_EQ(tuned.exit_code, 0) << tuned.err;
+  EXPECT_GE(json::parse(tuned.out).at("steps").size(), 2u);
+  EXPECT_THAT(text_of(folder / "t/history.csv"), HasSubstr(",worst_" + c.judged + ","));
+  const ProgramRun again = run_program(folder, "compare t/tuned.toml --out again");
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+}
+
+TEST_P(EverySystem, RefusesWhatIsAnothers) {
+  const Case& c = GetParam();
+  const Folder folder;
+  const std::string other = c.system == "actuator" ? "flyer_pairs" : "thesis_pd";
+  folder.write("c.toml", c.campaign());
+  const ProgramRun mixed = run_program(folder, "compare c.toml --variant " + other);
+  EXPECT_EQ(mixed.exit_code, 2);
+  EXPECT_THAT(mixed.err, HasSubstr("c.toml:"));
+  EXPECT_THAT(mixed.err, HasSubstr("allowed: scenarios and variants of one system"));
+  const std::string key = c.system == "actuator" ? "cost = { i_alpha = 1.0 }" : "motor = \"pd\"";
+  folder.write("k.toml", c.campaign() + "[variant.mine]\nsystem = \"" + c.system + "\"\n" + key + "\n");
+  const ProgramRun foreign = run_program(folder, "compare k.toml --variant mine");
+  EXPECT_EQ(foreign.exit_code, 2);
+  EXPECT_THAT(foreign.err, HasSubstr("k.toml:"));
+  EXPECT_THAT(foreign.err, HasSubstr("not known"));
+  folder.write("t.toml", c.campaign() + "timing = { tick_ms = 0.7, period_ms = 1.0 }\n");
+  const ProgramRun odd = run_program(folder, "compare t.toml");
+  EXPECT_EQ(odd.exit_code, 2);
+  EXPECT_THAT(odd.err, HasSubstr("no whole number of ticks"));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, EverySystem, testing::ValuesIn(cases),
+                         [](const auto& info) { return info.param.system; });
+
+TEST(Systems, OneThatIsNotThereIsRefusedWithThoseThatAre) {
+  const Folder folder;
+  folder.write("c.toml",
+               "variants = [\"v\"]\n[variant.v]\nsystem = \"hoist\"\n[[scenario]]\nname = \"s\"\ntrajectory = {}\n");
+  const ProgramRun refused = run_program(folder, "compare c.toml");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("c.toml:3"));
+  EXPECT_THAT(refused.err, HasSubstr("allowed: actuator, thrusters, inverter"));
+}
+
+}  // namespace
+}  // namespace solenoid
