@@ -40,13 +40,14 @@ class CommandsInFlight {
     const std::int64_t skipped = begun_ ? std::llround((measured.time_s - last_time_s_) / tick_s_) - 1 : 0;
     begun_ = true;
     last_time_s_ = measured.time_s;
+    if (skipped <= 0) return 0;
     Measurement unknown = measured;
     unknown.value.fill(std::numeric_limits<double>::quiet_NaN());
     for (std::int64_t k = 0; k < skipped; ++k) {
       if (k < most_predicted_ticks && !measured.ideal) estimator.update(unknown);
       pass(last_, estimator);
     }
-    return std::max<std::int64_t>(0, skipped);
+    return skipped;
   }
 
  private:

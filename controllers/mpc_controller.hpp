@@ -167,11 +167,15 @@ class MpcController {
   /// The reference ahead, shifted by the integral's offset, for a problem that begins `lead` ticks after the sample.
   void pose_reference(const RestartableReference& reference, const Sampled& at, int lead) noexcept {
     Problem<Model>& problem = parts_.problem;
+    ReferenceSample desired;
+    const auto advance = [&](std::size_t step) {
+      reference.at(at.time_s + (lead + static_cast<double>(step)) * tick_s_, desired);
+    };
+    if constexpr (HasFeedback<Model>) advance(0);
     for (std::size_t j = 0; j < problem.reference.size(); ++j) {
-      const double step = lead + static_cast<double>(j);
-      problem.reference[j] = outputs(reference.at(at.time_s + (step + 1.0) * tick_s_), at.offset);
-      if constexpr (HasFeedback<Model>)
-        problem.setpoint[j] = outputs(reference.at(at.time_s + step * tick_s_), AxisValues{});
+      if constexpr (HasFeedback<Model>) problem.setpoint[j] = outputs(desired, AxisValues{});
+      advance(j + 1);
+      problem.reference[j] = outputs(desired, at.offset);
     }
   }
 

@@ -8,10 +8,8 @@ Motion::Motion(std::vector<Trajectory> axes) : axes_(std::move(axes)) {
   if (axes_.empty() || axes_.size() > max_axes) throw std::invalid_argument("motion: needs one to four axes");
 }
 
-ReferenceSample Motion::at(double time_s) const {
-  ReferenceSample sample;
+void Motion::at(double time_s, ReferenceSample& sample) const {
   for (std::size_t a = 0; a < axes_.size(); ++a) sample.axis[a] = axes_[a].at(time_s);
-  return sample;
 }
 
 double Motion::duration_s() const {

@@ -23,7 +23,13 @@ class Motion {
 
   const std::vector<Trajectory>& axes() const { return axes_; }
   /// Returns what is desired at a time; before 0, rest at the start. No allocation.
-  ReferenceSample at(double time_s) const;
+  ReferenceSample at(double time_s) const {
+    ReferenceSample sample;
+    at(time_s, sample);
+    return sample;
+  }
+  /// Writes the same into a sample; entries beyond the motion's axes stay as they are. For many moments in a row.
+  void at(double time_s, ReferenceSample& sample) const;
   /// Returns when the last axis ends.
   double duration_s() const;
   /// Returns where every axis is steady, if each ends so (Trajectory::steady_from_s) or never moves.

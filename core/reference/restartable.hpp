@@ -20,8 +20,17 @@ class RestartableReference {
   RestartableReference(Trajectory only) : RestartableReference(Motion(std::move(only))) {}  // NOLINT: stands for one
 
   ReferenceSample at(double time_s) const {
+    ReferenceSample sample;
+    at(time_s, sample);
+    return sample;
+  }
+  /// Writes the same into a sample, as Motion::at() does.
+  void at(double time_s, ReferenceSample& sample) const {
     const double t = time_s - begin_s_;
-    return t < approach_s_ ? approach(t) : motion_.at(t - approach_s_);
+    if (t < approach_s_)
+      approach(t, sample);
+    else
+      motion_.at(t - approach_s_, sample);
   }
 
   /// The approach takes at least half a second.
@@ -42,16 +51,14 @@ class RestartableReference {
     return all;
   }
 
-  ReferenceSample approach(double t) const {
+  void approach(double t, ReferenceSample& sample) const {
     const double turn = 2 * std::numbers::pi / approach_s_;
     const double share = std::clamp(t, 0.0, approach_s_) / approach_s_, phase = 2 * std::numbers::pi * share;
-    ReferenceSample sample;
     for (std::size_t a = 0; a < motion_.axes().size(); ++a) {
       const double height = motion_.axes()[a].start() - from_[a];
       sample.axis[a] = {from_[a] + height * (share - std::sin(phase) / (2 * std::numbers::pi)),
                         height / approach_s_ * (1 - std::cos(phase)), height / approach_s_ * turn * std::sin(phase)};
     }
-    return sample;
   }
 
   Motion motion_;

@@ -176,18 +176,21 @@ ControllerCost controller_cost(const InstanceSet& set, const VariantInstances& v
   const auto controller = make_controller(told(variant.config, motion), desired, idle);
   constexpr int periods = 400;
   const int ticks_per_period = timing.ticks_per_period;
-  std::vector<double> quiet, posing;
   Measurement sensors;
   sensors.truth = record.initial;
   sensors.value = measured_at(record.initial, system);
+  std::vector<ChannelValues> measured(motion.size(), sensors.value);  // made before anything is timed
+  for (std::size_t k = 0; k < measured.size(); ++k) {
+    const ReferenceSample then = desired.at(static_cast<double>(k) * timing.tick_s);
+    for (std::size_t a = 0; a < system.axes.size(); ++a) measured[k][system.axes[a].channel] = then.axis[a].value;
+  }
+  std::vector<double> quiet, posing;
   for (int k = 0; k < periods * ticks_per_period;) {
     const auto step = [&](int ticks) {
       const auto begin = Clock::now();
       for (int i = 0; i < ticks; ++i, ++k) {
         sensors.time_s = k * timing.tick_s;
-        const ReferenceSample now =
-            desired.at(static_cast<double>(static_cast<std::size_t>(k) % motion.size()) * timing.tick_s);
-        for (std::size_t a = 0; a < system.axes.size(); ++a) sensors.value[system.axes[a].channel] = now.axis[a].value;
+        sensors.value = measured[static_cast<std::size_t>(k) % measured.size()];
         controller->step(sensors);
       }
       return us_since(begin);
