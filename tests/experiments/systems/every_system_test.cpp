@@ -118,6 +118,22 @@ TEST_P(EverySystem, IsTuned) {
   EXPECT_EQ(again.exit_code, 0) << again.err;
 }
 
+TEST_P(EverySystem, HasItsSearchScaled) {
+  const Folder folder;
+  const ProgramRun scaled = run_program(folder, "scaling " + GetParam().system + " --instances 1 --format json");
+  ASSERT_EQ(scaled.exit_code, 0) << scaled.err;
+  const json study = json::parse(scaled.out);
+  EXPECT_EQ(study.at("system"), GetParam().system);
+  std::set<int> states;
+  for (const json& row : study.at("rows")) {
+    states.insert(row.at("states").get<int>());
+    if (row.at("blocks") != 1) continue;
+    EXPECT_EQ(row.at("sequences"), row.at("states"));
+    for (const char* solver : {"enumeration", "cold", "warm"}) EXPECT_EQ(row.at(solver).at("proven"), 1.0) << solver;
+  }
+  EXPECT_GE(states.size(), 2u);
+}
+
 TEST_P(EverySystem, RefusesWhatIsAnothers) {
   const Case& c = GetParam();
   const Folder folder;
