@@ -1,6 +1,6 @@
 // The report as a browser shows it, and the live page. Needs node and Debian's chromium.
 
-#include "experiments/base/embedded.hpp"
+#include "tests/experiments/needs_uplot.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <chrono>
@@ -21,9 +21,8 @@ bool has_program(const char* name) {
   return std::system(fmt::format("command -v {} >/dev/null 2>&1", name).c_str()) == 0;
 }
 
-#define NEEDS_A_BROWSER()                                                                                          \
-  if (embedded_text("uplot/uPlot.iife.min.js").empty())                                                            \
-    GTEST_SKIP() << "needs uPlot at build time: apt-get install npm, npm ci in the project's folder, build again"; \
+#define NEEDS_A_BROWSER() \
+  NEEDS_UPLOT();          \
   if (!has_program("chromium") || !has_program("node")) GTEST_SKIP() << "needs: apt-get install chromium nodejs"
 
 /// Runs tests/experiments/report/report_page.mjs; what it prints, with its exit code behind.
@@ -130,8 +129,7 @@ TEST(LivePage, FillsWhileACampaignWorksAndEndsWithCtrlC) {
 }
 
 TEST(LivePage, AnswersOnlyItsOwnNameAndItsOwnRuns) {
-  if (embedded_text("uplot/uPlot.iife.min.js").empty())
-    GTEST_SKIP() << "needs uPlot at build time: npm ci, build again";
+  NEEDS_UPLOT();
   const test::Folder folder;
   folder.write("c.toml", test::small_campaign);
   Background compare(folder, {"compare", "c.toml", "--out", "r", "--live"});
@@ -156,8 +154,7 @@ TEST(LivePage, AnswersOnlyItsOwnNameAndItsOwnRuns) {
 }
 
 TEST(LivePage, ShowsARunInRealTimeAsItsTicksCome) {
-  if (embedded_text("uplot/uPlot.iife.min.js").empty())
-    GTEST_SKIP() << "needs uPlot at build time: npm ci, build again";
+  NEEDS_UPLOT();
   const test::Folder folder;
   Background run(folder, {"run", "thesis_pd", "--no-realtime", "--quiet", "--duration", "3", "--out", "r", "--live"});
   const std::string url = run.wait_for("live page at (http://127.0.0.1:[0-9]+/)");

@@ -1,5 +1,6 @@
 // Every command that asks for a system, on each of them.
 #include "controllers/systems.hpp"
+#include "tests/experiments/needs_uplot.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <ostream>
@@ -63,7 +64,7 @@ TEST_P(EverySystem, IsListedWithItsKeys) {
   EXPECT_THAT(modes.out, HasSubstr(find_system(GetParam().system)->mode_sets().front()));
 }
 
-TEST_P(EverySystem, IsComparedAndReportedInItsUnits) {
+TEST_P(EverySystem, IsComparedAndDrawnInItsUnits) {
   const Case& c = GetParam();
   const Folder folder;
   folder.write("c.toml", c.campaign());
@@ -81,9 +82,17 @@ TEST_P(EverySystem, IsComparedAndReportedInItsUnits) {
   const ProgramRun figure = run_program(folder, "report r --figure train--" + c.first() + "--s1 --svg run.svg");
   EXPECT_EQ(figure.exit_code, 0) << figure.err;
   EXPECT_THAT(text_of(folder / "run.svg"), HasSubstr(c.axis));
+}
+
+TEST_P(EverySystem, HasAPageOfItsCampaign) {
+  NEEDS_UPLOT();
+  const Folder folder;
+  folder.write("c.toml", GetParam().campaign());
+  const ProgramRun compared = run_program(folder, "compare c.toml --out r");
+  ASSERT_EQ(compared.exit_code, 0) << compared.err;
   const ProgramRun page = run_program(folder, "report r --out page.html");
   ASSERT_EQ(page.exit_code, 0) << page.err;
-  EXPECT_THAT(text_of(folder / "page.html"), HasSubstr("\"" + c.judged + "\""));
+  EXPECT_THAT(text_of(folder / "page.html"), HasSubstr("\"" + GetParam().judged + "\""));
 }
 
 TEST_P(EverySystem, IsProfiledAndItsGapsAreKept) {
