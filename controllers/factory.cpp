@@ -19,14 +19,21 @@ std::unique_ptr<FallbackLadder> make_ladder(const VariantConfig& v, const Motion
   if (settings.plausibility.channels.size() != channels)
     throw std::invalid_argument(fmt::format("ladder: bounds for {} channels (allowed: one for each of the {}'s {})",
                                             settings.plausibility.channels.size(), system.name(), channels));
-  system.fit_ladder(v, settings);
   std::vector<std::size_t> axis_channels;
   for (const Axis& axis : system.description().axes) axis_channels.push_back(axis.channel);
-  return std::make_unique<FallbackLadder>(FallbackLadder::Parts{
-      make_controller(v, reference, decorate), system.guard(v), system.modes(v),
-      restartable(reference, system.description()), axis_channels, v.timing, std::move(settings)});
+  return std::make_unique<FallbackLadder>(
+      FallbackLadder::Parts{make_controller(v, reference, decorate), system.guard(v), system.modes(v),
+                            restartable(reference, system.description()), axis_channels, v.timing, std::move(settings),
+                            system.safe_switches(v)});
 }
 
-CommandLimits make_limits(const VariantConfig& v) { return {system_of(v).modes(v), system_of(v).continuous_limits(v)}; }
+CommandLimits make_limits(const VariantConfig& v) {
+  const System& system = system_of(v);
+  const ModeSet modes = system.modes(v);
+  const SwitchPattern safe = system.safe_switches(v);
+  if (modes.find(safe) < 0)
+    throw std::logic_error(system.name() + ": the safe pattern is no mode of '" + v.modes + "'");
+  return {modes, system.continuous_limits(v), safe};
+}
 
 }  // namespace solenoid

@@ -183,10 +183,9 @@ class MpcController {
   OutputOf<Model> outputs(const ReferenceSample& desired, const AxisValues& offset) const noexcept {
     OutputOf<Model> wanted{};
     for (std::size_t i = 0; i < parts_.outputs.size(); ++i) {
-      const std::size_t axis = parts_.outputs[i].axis;
-      const int derivative = parts_.outputs[i].derivative;
-      const MotionSample& motion = desired.axis[axis];
-      wanted[i] = derivative == 0 ? motion.value + offset[axis] : derivative == 1 ? motion.rate : motion.acceleration;
+      const OutputSource& output = parts_.outputs[i];
+      wanted[i] = desired.axis[output.axis].derivative(output.derivative);
+      if (output.derivative == 0) wanted[i] += offset[output.axis];
     }
     return wanted;
   }

@@ -7,6 +7,7 @@ namespace solenoid {
 
 System::System(const SystemDescription& description, Choices choices)
     : description_(description), choices_(std::move(choices)) {
+  require_complete(description);
   std::vector<SolverRow> all = common_solvers();
   std::ranges::move(choices_.solvers, std::back_inserter(all));
   choices_.solvers = std::move(all);

@@ -55,6 +55,8 @@ class System {
 
   /// The variant's mode set.
   virtual ModeSet modes(const VariantConfig& variant) const = 0;
+  /// The pattern of the switches that is safe: in SAFE, before and after a run. One of the variant's modes.
+  virtual SwitchPattern safe_switches(const VariantConfig& /*variant*/) const { return 0; }
   /// The most that each continuous input may be.
   virtual std::vector<double> continuous_limits(const VariantConfig& /*variant*/) const { return {}; }
   /// The problem that a variant poses in each period, without state and reference.
@@ -67,13 +69,12 @@ class System {
 
   /// What stands in for plans on the rig.
   virtual std::unique_ptr<Guard> guard(const VariantConfig& variant) const = 0;
-  /// Limits of the ladder for the system's usual sensors.
-  virtual LadderSettings ladder() const = 0;
-  /// Takes over what a variant believes about the plant.
-  virtual void fit_ladder(const VariantConfig& /*variant*/, LadderSettings& /*settings*/) const {}
+  /// Limits of the ladder for the system's usual sensors on what a variant, told of its task, believes of the plant:
+  /// bounds of each channel and, if there are any, limits of each.
+  virtual LadderSettings ladder(const VariantConfig& variant) const = 0;
 
  protected:
-  /// The description must outlive it.
+  /// The description must outlive it and be complete (require_complete), or std::logic_error is thrown.
   System(const SystemDescription& description, Choices choices);
   /// Appends its own keys; called at the end of a derived constructor.
   void add_keys(const std::vector<VariantKey>& own) { keys_.insert(keys_.end(), own.begin(), own.end()); }

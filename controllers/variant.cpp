@@ -110,11 +110,15 @@ Timing with_keys(Timing timing, const TimingKeys& keys, const std::string& where
   return timing;
 }
 
-VariantConfig timed(VariantConfig v, const TimingKeys& scenario, const std::string& where) {
+TimingKeys said_timing(const VariantConfig& v, const TimingKeys& scenario) {
   TimingKeys keys = v.own_timing;
   if (!keys.tick_ms) keys.tick_ms = scenario.tick_ms;
   if (!keys.period_ms) keys.period_ms = scenario.period_ms;
-  v.timing = with_keys(system_of(v).description().timing, keys, where);
+  return keys;
+}
+
+VariantConfig timed(VariantConfig v, const TimingKeys& scenario, const std::string& where) {
+  v.timing = with_keys(system_of(v).description().timing, said_timing(v, scenario), where);
   system_of(v).resample(v);
   if (const std::string wrong = wrong_blocks(v.horizon, v.timing); !wrong.empty())
     throw ConfigError(fmt::format("{}: key 'timing': with variant '{}': {}", where, v.name, wrong));

@@ -84,6 +84,9 @@ TimingKeys read_timing_keys(TableReader& table);
 /// A system's sampling with what a table `timing` says in its place. Throws ConfigError with the table's place.
 Timing with_keys(Timing timing, const TimingKeys& keys, const std::string& where);
 
+/// The sampling that a variant says, and where it says none that of a scenario.
+TimingKeys said_timing(const VariantConfig& variant, const TimingKeys& scenario);
+
 /// The variant as it runs where a scenario has its own sampling: that of the variant itself comes first. Throws
 /// ConfigError, `where` being the scenario's timing, if the horizon's blocks do not fit.
 VariantConfig timed(VariantConfig variant, const TimingKeys& scenario, const std::string& where);

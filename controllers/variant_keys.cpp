@@ -3,7 +3,6 @@
 #include "controllers/systems.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <set>
 
@@ -79,10 +78,9 @@ void add_planning(const KeyGroup& all, const KeyGroup& rounding, const KeyGroup&
           "of the integral offset of the references, per sample; 0.005 in the thesis");
   all.add("integral.forgetting", VariantKey::At<double>(AT(integral.forgetting)), Range::between(0.0, 1.0), "",
           "factor on the running sum each sample");
-  std::string unit = system.axes.front().signal.unit;
-  std::ranges::transform(unit, unit.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  all.add("integral.limit_" + unit, VariantKey::At<double>(AT(integral.limit_m)), Range::positive(),
-          system.axes.front().signal.unit, "bound of the offset");
+  const std::string& unit = system.axes.front().signal.unit;
+  all.add("integral.limit_" + unit_in_keys(unit), VariantKey::At<double>(AT(integral.limit_m)), Range::positive(), unit,
+          "bound of the offset");
 }
 #undef AT
 

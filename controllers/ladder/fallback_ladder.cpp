@@ -25,6 +25,7 @@ FallbackLadder::FallbackLadder(Parts parts)
       reference_(std::move(parts.reference)),
       axis_channels_(std::move(parts.axis_channels)),
       settings_(std::move(parts.settings)),
+      safe_pattern_(parts.safe),
       plausibility_(settings_.plausibility) {}
 
 Decision FallbackLadder::step(const Measurement& measured) noexcept {
@@ -72,7 +73,7 @@ void FallbackLadder::assume(const Command& command) noexcept {
 }
 
 void FallbackLadder::applied(const Command& command) noexcept {
-  // The exit replaces by zero what it refuses: a command that was no number or no allowed pattern.
+  // The exit replaces by the safe value what it refuses: a command that was no number or no allowed pattern.
   refused_ = !finite(decided_.continuous) || modes_.find(decided_.switches) < 0;
   controller_->applied(command);
   assume(command);
@@ -97,11 +98,11 @@ AxisValues FallbackLadder::measured_axes(const Measurement& measured) const noex
 
 void FallbackLadder::look_for_danger(const Measurement& measured, const Plausibility::Verdict& verdict,
                                      Decision& d) noexcept {
-  FaultSet found;
+  FaultSet found, beyond;
   for (std::size_t i = 0; i < settings_.limits.size(); ++i) {
     const double value = verdict.measured.value[i];
     const ChannelLimits& limits = settings_.limits[i];
-    if (std::isfinite(value) && (value < limits.low || value > limits.high)) found.add(limits.fault);
+    if (std::isfinite(value) && (value < limits.low || value > limits.high)) beyond.add(limits.fault);
   }
   if (started_ && measured.time_s - last_time_s_ > (settings_.longest_gap_ticks + 0.5) * timing_.tick_s)
     found.add(Fault::tick_gap);
@@ -111,11 +112,15 @@ void FallbackLadder::look_for_danger(const Measurement& measured, const Plausibi
   d.faults = verdict.seen;
   d.faults |= verdict.failed;
   d.faults |= found;
+  d.faults |= beyond;
   FaultSet causes = found;
-  for (const std::size_t channel : settings_.needed_to_stop)
-    if (verdict.failed.any(channel)) causes |= verdict.failed;
+  if (!causes_.has(Fault::stopped)) {  // where a plant goes once its task has ended is no failure of the run
+    causes |= beyond;
+    for (const std::size_t channel : settings_.needed_to_stop)
+      if (verdict.failed.any(channel)) causes |= verdict.failed;
+  }
   if (!causes.empty()) latch(causes, measured.time_s);
-  sound_ticks_ = verdict.seen.empty() && found.empty() ? sound_ticks_ + 1 : 0;
+  sound_ticks_ = verdict.seen.empty() && found.empty() && beyond.empty() ? sound_ticks_ + 1 : 0;
 }
 
 void FallbackLadder::latch(FaultSet causes, double time_s) noexcept {
@@ -140,7 +145,7 @@ void FallbackLadder::consider_rearm(const Measurement& measured) noexcept {
   guard_->reset();
   safe_ = false;
   causes_ = {};
-  dmpc_slots_ = motor_slots_ = 0;
+  held_slots_ = backup_slots_ = 0;
   ++counts_.rearms;
   restart(measured.time_s, measured_axes(measured));
 }
@@ -156,8 +161,8 @@ Rung FallbackLadder::choose(const Decision& d, const Plausibility::Verdict& verd
 
 /// Without the channels of `failed` nothing can be said about the switches.
 Rung FallbackLadder::below_plans(double time_s, FaultSet failed) noexcept {
-  if (failed.empty() && dmpc_slots_ < settings_.dmpc_slots) return Rung::dmpc;
-  if (guard_->has_backup_law() && motor_slots_ < settings_.motor_slots) return Rung::motor;
+  if (failed.empty() && held_slots_ < settings_.held_slots) return Rung::held;
+  if (guard_->has_backup_law() && backup_slots_ < settings_.backup_slots) return Rung::backup;
   FaultSet causes = failed;
   if (failed.empty()) causes.add(Fault::no_plan);
   latch(causes, time_s);
@@ -169,17 +174,17 @@ void FallbackLadder::command(Rung rung, double time_s, Decision& d) noexcept {
     case Rung::fresh:
     case Rung::shifted:
       return;
-    case Rung::dmpc:
-      if (slot_begins_ || last_ != Rung::dmpc) held_mode_ = guard_->held_mode(d.estimate, lines_, reference_, time_s);
+    case Rung::held:
+      if (slot_begins_ || last_ != Rung::held) held_mode_ = guard_->held_mode(d.estimate, lines_, reference_, time_s);
       d.command.switches = held_mode_;
       return;
-    case Rung::motor:
-      d.command = {0, guard_->backup_law(d.reference, watched_)};
+    case Rung::backup:
+      d.command = {safe_pattern_, guard_->backup_law(d.reference, watched_)};
       return;
     case Rung::safe:
       break;
   }
-  d.command = {};
+  d.command = {safe_pattern_, {}};
   if (time_s - safe_since_s_ < settings_.lowering_s && finite(watched_) && !refused_ &&
       !causes_.has(Fault::command_refused))
     d.command.continuous = guard_->brake(watched_);
@@ -189,8 +194,8 @@ void FallbackLadder::count(Rung rung, bool slot_begins) noexcept {
   last_ = rung;
   if (!slot_begins) return;
   ++counts_.slots[static_cast<std::size_t>(rung)];
-  dmpc_slots_ = rung == Rung::fresh ? 0 : dmpc_slots_ + (rung == Rung::dmpc);
-  motor_slots_ = rung == Rung::fresh ? 0 : motor_slots_ + (rung == Rung::motor);
+  held_slots_ = rung == Rung::fresh ? 0 : held_slots_ + (rung == Rung::held);
+  backup_slots_ = rung == Rung::fresh ? 0 : backup_slots_ + (rung == Rung::backup);
 }
 
 }  // namespace solenoid

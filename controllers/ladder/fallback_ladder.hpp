@@ -16,14 +16,14 @@ namespace solenoid {
 /// A channel outside of this ends in SAFE.
 struct ChannelLimits {
   double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
-  Fault fault = Fault::position_limit;  ///< under this name
+  Fault fault = Fault::axis_limit;  ///< under this name
 };
 
 /// How long each rung may stand in for the one above, and what ends it all.
 struct LadderSettings {
   int shifted_slots = 4;              ///< k: an older plan's own later blocks
-  int dmpc_slots = 200;               ///< then a few held modes
-  int motor_slots = 100;              ///< then the backup law alone; also after a channel needed to plan has failed
+  int held_slots = 200;               ///< then a few held modes
+  int backup_slots = 100;             ///< then the backup law alone; also after a channel needed to plan has failed
   int longest_gap_ticks = 20;         ///< standing still for longer ends in SAFE: the node has gone there too
   std::vector<ChannelLimits> limits;  ///< of the channels, in their order
   std::vector<std::size_t> needed_to_stop;  ///< channels whose failure ends in SAFE
@@ -41,7 +41,7 @@ struct LadderCounts {
 
 /// Stands around a controller: believes no implausible channel, replaces plans that do not come, and latches SAFE.
 ///
-///     fresh plan -> shifted plan, k slots -> a few held modes -> backup law, switches off -> SAFE, latched
+///     fresh plan -> shifted plan, k slots -> a few held modes -> backup law, switches safe -> SAFE, latched
 ///
 /// Upwards it climbs by itself, in the tick a plan arrives, but never out of SAFE: that takes request_rearm(), which is
 /// refused while channels are not sound or the plant moves. Re-armed, the task begins anew from where the plant is
@@ -58,6 +58,7 @@ class FallbackLadder final : public Controller {
     std::vector<std::size_t> axis_channels;  ///< of each axis, the channel that measures it
     Timing timing;
     LadderSettings settings;
+    SwitchPattern safe = 0;  ///< of the switches in SAFE and under the backup law: one of the modes
   };
   explicit FallbackLadder(Parts parts);
 
@@ -94,6 +95,7 @@ class FallbackLadder final : public Controller {
   RestartableReference reference_;
   std::vector<std::size_t> axis_channels_;
   LadderSettings settings_;
+  SwitchPattern safe_pattern_;
   Plausibility plausibility_;
   StateValues watched_{};
 
@@ -104,7 +106,7 @@ class FallbackLadder final : public Controller {
   LadderCounts counts_;
   double last_time_s_ = 0.0, safe_since_s_ = 0.0;
   std::int64_t slot_ = -1;
-  int dmpc_slots_ = 0, motor_slots_ = 0, sound_ticks_ = 0;
+  int held_slots_ = 0, backup_slots_ = 0, sound_ticks_ = 0;
   bool safe_ = false, refused_ = false, started_ = false, slot_begins_ = false;
   Rung last_ = Rung::fresh;
   std::atomic<bool> rearm_{false};

@@ -72,12 +72,8 @@ class KalmanGuard final : public Guard {
  private:
   OutputOf<M> outputs(const ReferenceSample& desired) const noexcept {
     OutputOf<M> wanted{};
-    for (std::size_t i = 0; i < outputs_.size(); ++i) {
-      const MotionSample& motion = desired.axis[outputs_[i].axis];
-      wanted[i] = outputs_[i].derivative == 0   ? motion.value
-                  : outputs_[i].derivative == 1 ? motion.rate
-                                                : motion.acceleration;
-    }
+    for (std::size_t i = 0; i < outputs_.size(); ++i)
+      wanted[i] = desired.axis[outputs_[i].axis].derivative(outputs_[i].derivative);
     return wanted;
   }
 

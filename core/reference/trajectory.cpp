@@ -1,6 +1,7 @@
 #include "core/reference/trajectory.hpp"
 
 #include "core/config/reader.hpp"
+#include "core/system/description.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -45,6 +46,10 @@ MotionSample Trajectory::sample(const Segment& g, double t) {
     case Segment::Kind::cosine: {
       const double w = two_pi * g.frequency_hz, half = rise / 2;
       return {g.from_m + half * (1 - std::cos(w * t)), half * w * std::sin(w * t), half * w * w * std::cos(w * t)};
+    }
+    case Segment::Kind::harmonic: {
+      const double w = two_pi * g.frequency_hz, angle = w * t + g.phase_rad, value = g.amplitude * std::cos(angle);
+      return {value, -w * g.amplitude * std::sin(angle), -w * w * value};
     }
     case Segment::Kind::table: {
       const auto after = std::upper_bound(g.times_s.begin(), g.times_s.end(), t);
@@ -95,6 +100,15 @@ Trajectory& Trajectory::step_to(double position_m, double hold_s) {
 Trajectory& Trajectory::cosine(double other_m, double frequency_hz, double periods) {
   steady_from_s_.reset();
   append({Segment::Kind::cosine, 0, periods / frequency_hz, end_, other_m, frequency_hz, {}, {}, {}});
+  return *this;
+}
+
+Trajectory& Trajectory::harmonic(double amplitude, double frequency_hz, double phase_rad, double duration_s) {
+  steady_from_s_.reset();
+  Segment segment{Segment::Kind::harmonic, 0, duration_s, 0, 0, frequency_hz, {}, {}, {}, amplitude, phase_rad};
+  if (segments_.empty()) start_ = sample(segment, 0).value;
+  end_ = std::isfinite(duration_s) ? sample(segment, duration_s).value : 0.0;
+  append(std::move(segment));
   return *this;
 }
 
@@ -158,7 +172,7 @@ Trajectory read_csv(const LinkedFile& file) {
 }  // namespace
 
 Trajectory read_trajectory(TableReader& table, double start, const std::string& unit) {
-  const std::string from = "from_" + unit, to = "to_" + unit, height = "height_" + unit;
+  const std::string key = unit_in_keys(unit), from = "from_" + key, to = "to_" + key, height = "height_" + key;
   const std::string kind = table.text("kind", {"cycloidal", "sine", "step", "multi_cycloid", "csv"});
   Trajectory trajectory(kind == "csv" ? 0.0 : table.number_or(from, start));
   if (kind == "cycloidal") {

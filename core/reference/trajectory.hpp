@@ -13,6 +13,9 @@ struct MotionSample {
   double value = 0.0;
   double rate = 0.0;
   double acceleration = 0.0;
+
+  /// The value itself, its first or its second derivative.
+  constexpr double derivative(int order) const { return order == 0 ? value : order == 1 ? rate : acceleration; }
 };
 
 /// A trajectory is the desired motion y_d(t), t >= 0, of one axis, held at its last value after its end (model.md,
@@ -33,7 +36,8 @@ class Trajectory {
   /// Returns where the steady part of SSE and SSA starts, if the motion ends in a dwell: the dwell's second half, the
   /// first being left to the slide's settling.
   std::optional<double> steady_from_s() const { return steady_from_s_; }
-  /// Returns the lowest and highest desired value, sampled at 1000 moments a second, or at 1000 if it is shorter.
+  /// Returns the lowest and highest desired value, sampled at 1000 moments a second, or at 1000 if it is shorter. Of a
+  /// motion that ends.
   std::pair<double, double> range() const;
 
   /// Appends a rest.
@@ -44,6 +48,9 @@ class Trajectory {
   Trajectory& step_to(double position_m, double hold_s);
   /// Appends `periods` of a cosine that starts and ends at the current position and swings to `other_m`.
   Trajectory& cosine(double other_m, double frequency_hz, double periods);
+  /// Appends amplitude cos(2 pi frequency_hz t + phase_rad), t from its own beginning, for `duration_s`, which may be
+  /// infinite; nothing leads into it.
+  Trajectory& harmonic(double amplitude, double frequency_hz, double phase_rad, double duration_s);
   /// Appends a motion through points (time, position), times increasing from 0, by cubic Hermite interpolation with
   /// central-difference slopes.
   Trajectory& through(std::vector<double> times_s, std::vector<double> positions_m);
@@ -52,10 +59,11 @@ class Trajectory {
 
  private:
   struct Segment {
-    enum class Kind { dwell, cycloid, cosine, table } kind;
+    enum class Kind { dwell, cycloid, cosine, harmonic, table } kind;
     double begin_s, duration_s, from_m, to_m;
     double frequency_hz = 0.0;
     std::vector<double> times_s, positions_m, slopes;
+    double amplitude = 0.0, phase_rad = 0.0;
   };
   static MotionSample sample(const Segment& segment, double t);
   void append(Segment segment);
@@ -67,7 +75,7 @@ class Trajectory {
 };
 
 /// Reads `{ kind = "cycloidal" | "sine" | "step" | "multi_cycloid" | "csv", ... }`:
-/// with _m standing for the axis's unit:
+/// with _m standing for the axis's unit as keys have it (unit_in_keys):
 ///   cycloidal       from_m (default start), to_m, move_s, dwell_s
 ///   sine            from_m, to_m, frequency_hz, periods, lead_s (cycloids in and out)
 ///   step            from_m, height_m, at_s, hold_s, steady_s (the last part of hold_s)

@@ -5,7 +5,7 @@
 #include "core/rt/io.hpp"
 #include "core/safety/faults.hpp"
 
-#include <string_view>
+#include <string>
 
 namespace solenoid {
 
@@ -20,17 +20,13 @@ struct EstimateDetail {
 enum class Rung : std::uint8_t {
   fresh,    ///< the plan made for this slot
   shifted,  ///< an older plan, at its own later blocks
-  dmpc,     ///< a few modes held over the horizon, searched in the tick itself
-  motor,    ///< the system's backup law alone, the switches off
-  safe,     ///< latched: switches off, continuous inputs 0, after a bounded lowering stage if there is one
+  held,     ///< a few modes held over the horizon, searched in the tick itself
+  backup,   ///< the system's backup law alone, the switches safe
+  safe,     ///< latched: switches safe, continuous inputs 0, after a bounded lowering stage if there is one
 };
-/// How many rungs there are.
-inline constexpr int rungs = 5;
-
-/// The rung as logs spell it.
-constexpr std::string_view to_string(Rung rung) {
-  constexpr std::string_view names[] = {"fresh", "shifted", "dmpc", "motor", "safe"};
-  return names[static_cast<std::size_t>(rung)];
+/// The rung as a system's logs spell it.
+inline const std::string& to_string(Rung rung, const SystemDescription& system) {
+  return system.rung_names[static_cast<std::size_t>(rung)];
 }
 
 /// A decision is what a controller commands in a tick, with what it believed and planned.

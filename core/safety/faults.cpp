@@ -7,12 +7,18 @@ namespace {
 
 constexpr std::array<const char*, sensor_fault_kinds> kinds = {"not finite", "range", "rail",   "slew",
                                                                "stuck",      "stale", "supply", "innovation"};
-constexpr std::array<const char*, other_faults> others = {
-    "position limit", "pressure limit", "command refused", "tick gap", "I/O safe", "no plan", "stopped", "aborted"};
 
 }  // namespace
 
 std::string to_string(FaultSet faults, const SystemDescription& system) {
+  const std::array<std::string, other_faults> others = {system.axis_limit_name,
+                                                        system.channel_limit_name,
+                                                        "command refused",
+                                                        "tick gap",
+                                                        "I/O safe",
+                                                        "no plan",
+                                                        "stopped",
+                                                        "aborted"};
   std::string text;
   const auto add = [&text](const std::string& name) { text += (text.empty() ? "" : ", ") + name; };
   for (std::size_t channel = 0; channel < system.channels.size(); ++channel)

@@ -23,8 +23,8 @@ inline constexpr int sensor_fault_kinds = 8;
 
 /// These things beside the channels can be wrong.
 enum class Fault : std::uint8_t {
-  position_limit,   ///< an axis is beyond its limits
-  pressure_limit,   ///< another channel is
+  axis_limit,       ///< an axis is beyond its limits
+  channel_limit,    ///< another channel is
   command_refused,  ///< the exit had to replace a command by its safe value
   tick_gap,         ///< the loop stood still for long
   node_safe,        ///< the I/O missed commands and went to its safe state

@@ -18,11 +18,11 @@ struct CommandRates {
 };
 
 /// Every command leaves through this one exit, which sees that it is finite, in range, an allowed pattern and no faster
-/// than the rates. What it refuses it replaces by the safe value (switches off, input 0) or clamps, and counts.
+/// than the rates. What it refuses it replaces by the safe value (the safe pattern, input 0) or clamps, and counts.
 class CommandLimits {
  public:
-  /// Allows the mode set's patterns, and of each continuous input magnitudes up to its limit.
-  CommandLimits(const ModeSet& modes, const std::vector<double>& magnitudes, CommandRates rates = {}) : rates_(rates) {
+  /// Allows the mode set's patterns, and of each continuous input magnitudes up to its limit; `safe` is one of them.
+  CommandLimits(const ModeSet& modes, const std::vector<double>& magnitudes, SwitchPattern safe = 0) : safe_(safe) {
     for (const Mode& mode : modes.modes()) allowed_.set(mode.pattern);
     std::copy_n(magnitudes.begin(), std::min(magnitudes.size(), most_.size()), most_.begin());
     since_on_.fill(DelayLines::max_age);
@@ -33,22 +33,25 @@ class CommandLimits {
 
   /// What may leave in place of the wanted command, once a tick.
   Command checked(const Command& wanted) noexcept {
-    Command safe;
+    Command left = safe_command();
     if (allowed(wanted.switches))
-      safe.switches = held(wanted.switches);
+      left.switches = held(wanted.switches);
     else
       ++refused_;
     for (std::size_t i = 0; i < most_.size(); ++i)
       if (!std::isfinite(wanted.continuous[i]))
         ++refused_;
       else
-        safe.continuous[i] = limited(std::clamp(wanted.continuous[i], -most_[i], most_[i]), last_.continuous[i]);
+        left.continuous[i] = limited(std::clamp(wanted.continuous[i], -most_[i], most_[i]), last_.continuous[i]);
     for (std::size_t c = 0; c < since_on_.size(); ++c)
       since_on_[c] =
-          ((safe.switches & ~last_.switches) >> c) & 1u ? 0 : std::min(since_on_[c] + 1, DelayLines::max_age);
-    last_ = safe;
-    return safe;
+          ((left.switches & ~last_.switches) >> c) & 1u ? 0 : std::min(since_on_[c] + 1, DelayLines::max_age);
+    last_ = left;
+    return left;
   }
+
+  /// What is left standing where nothing else may be.
+  Command safe_command() const { return {safe_, {}}; }
 
   /// Values replaced by the safe one since the start.
   std::int64_t refused() const { return refused_; }
@@ -59,14 +62,14 @@ class CommandLimits {
 
   /// Switches that would be switched on again too soon stay off; the rest must still be an allowed pattern.
   SwitchPattern held(SwitchPattern wanted) noexcept {
-    if (rates_.switch_period_ticks == 0) return wanted;
+    if (rates_.switch_period_ticks == 0 || wanted == safe_) return wanted;
     SwitchPattern kept = wanted;
     for (std::size_t c = 0; c < since_on_.size(); ++c)
       if (((wanted & ~last_.switches) >> c) & 1u)
         if (since_on_[c] + 1 < rates_.switch_period_ticks) kept &= ~(SwitchPattern{1} << c);
     if (kept == wanted) return wanted;
     ++slowed_;
-    return allowed(kept) ? kept : 0;
+    return allowed(kept) ? kept : safe_;
   }
 
   double limited(double value, double from) noexcept {
@@ -79,6 +82,7 @@ class CommandLimits {
   std::bitset<std::size_t{1} << max_switches> allowed_;
   ContinuousValues most_{};
   CommandRates rates_;
+  SwitchPattern safe_;
   Command last_;
   std::array<int, max_switches> since_on_{};
   std::int64_t refused_ = 0, slowed_ = 0;

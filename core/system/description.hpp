@@ -3,6 +3,7 @@
 #include "core/system/signals.hpp"
 #include "core/system/timing.hpp"
 
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -49,6 +50,9 @@ struct MetricColumn {
   std::string meaning{};   ///< in words, where the heading is none: "steady state: mean |error|"
 };
 
+/// How many rungs a degradation ladder has.
+inline constexpr int rungs = 5;
+
 /// What of a run stands in a ranking.
 struct Judged {
   std::string metric = "rmse";  ///< a metric's key, less being better
@@ -65,8 +69,8 @@ struct SystemDescription {
   Judged judged;                           ///< which of them ranks
   std::vector<Signal> conditions{};        ///< numbers of a scenario that stand in its runs' records
   Signal consumption{};                    ///< of its models; without a name: nothing is consumed
-  std::vector<std::string> estimate_keys;  ///< of the estimated states in logs
-  std::vector<std::string> decided_keys;   ///< of the continuous inputs before the limits, in logs
+  std::vector<std::string> estimate_keys;  ///< of the estimated states in logs, one each
+  std::vector<std::string> decided_keys;   ///< of the continuous inputs before the limits in logs, one each
   std::vector<Axis> axes;
   std::vector<std::string> reference_keys;  ///< in logs: each axis's value, then each one's rate
   std::vector<OutputSource> outputs;        ///< of its models
@@ -74,6 +78,17 @@ struct SystemDescription {
   std::string switches_key = "switches";    ///< in logs: the pattern of switches that are on
   std::string switch_noun = "switch";       ///< what people call one
   std::string modes_key = "modes";          ///< of a variant: the mode set's name
+  /// The rungs of the ladder (core/rt/controller.hpp) in logs.
+  std::array<std::string, rungs> rung_names = {"fresh", "shifted", "held", "backup", "safe"};
+  /// What ends in SAFE where an axis, or another channel, is beyond its limits.
+  std::string axis_limit_name = "axis limit", channel_limit_name = "channel limit";
 };
+
+/// A unit as keys write it: "N" is "n", "%" is "percent".
+std::string unit_in_keys(std::string unit);
+
+/// Throws std::logic_error, naming what a description lacks or what in it points to nothing: records, logs and tables are
+/// made from it without looking again.
+void require_complete(const SystemDescription& system);
 
 }  // namespace solenoid

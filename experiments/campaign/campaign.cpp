@@ -113,6 +113,8 @@ std::vector<Library::Entry*> chosen_scenarios(Library& library, const Selection&
   return chosen;
 }
 
+constexpr double most_ticks = 4e6;  // of a run, all of which are kept until it ends
+
 /// What a variant cannot be in a scenario.
 void check_pair(const ScenarioConfig& scenario, const VariantConfig& variant, const Document& document) {
   const auto where = [&](const char* key) { return document.where(document.path() + "." + key); };
@@ -121,7 +123,14 @@ void check_pair(const ScenarioConfig& scenario, const VariantConfig& variant, co
         fmt::format("{}: key 'system': scenario '{}' is of {}, variant '{}' of {} (allowed: scenarios and "
                     "variants of one system)",
                     where("system"), scenario.name, scenario.system->name(), variant.name, variant.system->name()));
-  simulation_of(scenario).check(scenario, told(variant, scenario, where("timing")), where);
+  const VariantConfig v = told(variant, scenario, where("timing"));
+  const double ticks = scenario.duration_s / v.timing.tick_s;
+  if (!(ticks >= 1.0) || ticks > most_ticks)
+    throw ConfigError(
+        fmt::format("{}: key 'duration_s': {:g} s in scenario '{}' are {:.4g} ticks of {:g} ms (allowed: "
+                    "1 to {:.0f} ticks)",
+                    where("duration_s"), scenario.duration_s, scenario.name, ticks, 1e3 * v.timing.tick_s, most_ticks));
+  simulation_of(scenario).check(scenario, v, where);
 }
 
 /// Fills a campaign part by part, and beside it the resolved document and what each run's hash covers.

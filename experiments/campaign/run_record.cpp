@@ -43,10 +43,13 @@ Json number_json(double value, bool whole) { return whole ? Json(static_cast<std
 
 RunRecord described(const Campaign& campaign, const CampaignRun& run) {
   const ScenarioConfig& scenario = campaign.scenarios[run.scenario];
+  const std::vector<double> conditions = simulation_of(scenario).conditions(scenario);
+  if (conditions.size() != campaign.system->description().conditions.size())
+    throw std::logic_error(fmt::format("{}: conditions() of another number than described", campaign.system->name()));
   return {campaign.variants[run.variant].name,
           scenario.name,
           scenario.trajectory_kind,
-          simulation_of(scenario).conditions(scenario),
+          conditions,
           run.seed,
           "",
           {},

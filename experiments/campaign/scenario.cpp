@@ -52,7 +52,18 @@ void read_motion(TableReader& trajectory, const SystemDescription& system, const
   s.duration_s = s.trajectory.duration_s();
 }
 
+void read_sensing(TableReader& table, ScenarioConfig& s) {
+  s.noise = table.boolean_or("noise", false);
+  s.ideal_sensing = table.text_or("sensing", s.noise ? "measured" : "ideal", {"ideal", "measured"}) == "ideal";
+  if (s.noise && s.ideal_sensing) table.fail("sensing", "'ideal' has no noise (allowed: measured, or noise = false)");
+}
+
 VariantConfig told(VariantConfig variant, const ScenarioConfig& scenario, const std::string& where) {
+  if (&system_of(variant) != &system_of(scenario))
+    throw ConfigError(
+        fmt::format("variant '{}' is of {}, scenario '{}' of {} (allowed: scenarios and variants of one "
+                    "system)",
+                    variant.name, system_of(variant).name(), scenario.name, system_of(scenario).name()));
   variant = timed(std::move(variant), scenario.timing, where);
   system_of(variant).tell(variant, scenario.setting);
   return variant;

@@ -33,8 +33,12 @@ ScenarioConfig read_scenario(TableReader& table);
 void read_motion(TableReader& trajectory, const SystemDescription& system, const AxisValues& starts,
                  ScenarioConfig& scenario);
 
-/// The variant as it runs in the scenario: sampling, and what the task tells it. Throws ConfigError, `where` being the
-/// scenario's timing.
+/// Reads whether channels are noisy, `noise`, and whether controllers read the true state, `sensing`: "ideal", or with
+/// noise always "measured".
+void read_sensing(TableReader& table, ScenarioConfig& scenario);
+
+/// The variant as it runs in the scenario: sampling, and what the task tells it. Throws ConfigError if they are of two
+/// systems or, `where` being the scenario's timing, that does not fit.
 VariantConfig told(VariantConfig variant, const ScenarioConfig& scenario, const std::string& where);
 /// The same, called by the scenario's name.
 VariantConfig told(VariantConfig variant, const ScenarioConfig& scenario);

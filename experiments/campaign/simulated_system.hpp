@@ -31,6 +31,14 @@ struct ActuationFault {
   std::string target, kind;  ///< "supply", "lost"
 };
 
+/// A motion that a scenario's table `trajectory` may be, for `list trajectories`.
+struct MotionKind {
+  std::string kind, keys, summary;
+};
+
+/// Those of a system that reads them by read_motion(): of several axes a table each, by their names.
+std::vector<MotionKind> usual_motions(const SystemDescription& system);
+
 /// How a system is simulated: what a scenario of it may say, the plant that becomes of it, and what a run is judged by. A
 /// system derives from this and is registered (controllers/registered_systems.hpp).
 ///
@@ -45,6 +53,8 @@ class SimulatedSystem {
   /// Throws ConfigError where a variant, told of the scenario, cannot run in it. where: a key's place.
   virtual void check(const ScenarioConfig& /*scenario*/, const VariantConfig& /*variant*/,
                      const std::function<std::string(const char* key)>& /*where*/) const {}
+  /// What read() takes for a motion.
+  virtual std::vector<MotionKind> motions() const { return usual_motions(system().description()); }
   /// What ensembles draw.
   virtual std::span<const DrawnQuantity> quantities() const { return {}; }
   /// The scenario's numbers in its runs' records, one for each of the description's `conditions`.

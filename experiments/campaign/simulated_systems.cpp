@@ -20,6 +20,20 @@ const SimulatedSystem& simulation_of(const System& system) {
   throw std::invalid_argument("the system '" + system.name() + "' has no simulation");
 }
 
+std::vector<MotionKind> usual_motions(const SystemDescription& system) {
+  const std::string& first = system.axes.front().signal.unit;
+  const bool alike = std::ranges::all_of(system.axes, [&](const Axis& axis) { return axis.signal.unit == first; });
+  const std::string unit = alike ? unit_in_keys(first) : "UNIT", from = "from_" + unit, to = "to_" + unit,
+                    height = "height_" + unit;
+  return {
+      {"cycloidal", from + ", " + to + ", move_s, dwell_s", "dwell, one cycloid, dwell"},
+      {"sine", from + ", " + to + ", frequency_hz, periods, lead_s",
+       "a cycloid up, periods of a cosine, a cycloid back"},
+      {"step", from + ", " + height + ", at_s, hold_s, steady_s", "a step, held"},
+      {"multi_cycloid", from + ", " + to + " = [..], move_s, dwell_s", "cycloids from station to station, with dwells"},
+      {"csv", "path", "points time_s,position_m of a file"}};
+}
+
 std::span<const ActuationFault> SimulatedSystem::actuation_faults() const {
   static const std::vector<ActuationFault> all = {{"switches", "stuck"}};
   return all;

@@ -68,13 +68,11 @@ struct CheckArguments {
 std::vector<Check> check_plant(const CheckArguments& options) {
   PlantChoice choice = options.plant;
   const Campaign campaign = read_campaign("rig");
-  choice.rig =
-      options.rig_file.empty() ? usual_rig(*campaign.system) : read_rig_file(options.rig_file, *campaign.system);
-  const VariantConfig& variant = campaign.variants.front();
+  const VariantConfig variant = told(campaign.variants.front(), campaign.scenarios.front());
+  choice.rig = options.rig_file.empty() ? usual_rig(variant) : read_rig_file(options.rig_file, variant);
   const OpenedPlant opened = open_plant(choice, variant, campaign.scenarios.front(), 1);
-  PlausibilitySettings plausibility = choice.rig.ladder.plausibility;
-  bound_by_supply(plausibility, actuator(variant).nominal);
-  const Preflight found = preflight(*opened.plant, actuator_description(), plausibility, variant.timing.tick_s);
+  const Preflight found =
+      preflight(*opened.plant, {}, actuator_description(), choice.rig.ladder.plausibility, variant.timing.tick_s);
   const ChannelLimits& limits = choice.rig.ladder.limits[position_channel];
   const bool inside = found.at[0] >= limits.low && found.at[0] <= limits.high;
   const bool late = found.read_us.p99 > 1e6 * variant.timing.tick_s;

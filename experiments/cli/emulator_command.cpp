@@ -38,6 +38,7 @@ int emulate(const EmulatorArguments& chosen) {
   const Campaign campaign = read_campaign(options.campaign, {{options.variant}, {options.scenario}});
   const VariantConfig& variant = campaign.variants.front();
   const ScenarioConfig& scenario = campaign.scenarios.front();
+  require_rig(scenario, "emulator");
   const ModeSet modes = system_of(variant).modes(variant);
   EmulatedNode node(
       [&](std::uint64_t session) {

@@ -85,8 +85,10 @@ Json list_scenarios(const std::string& only) {
 }
 
 /// Of the actuator, whose sets have names.
-Json list_parameters(const std::string&) {
+Json list_parameters(const std::string& only) {
   Json list = Json::array();
+  if (std::ranges::all_of(chosen_systems(only), [](const System* s) { return s->parameter_sets().empty(); }))
+    return list;
   const auto add = [&](const char* name, const char* summary) {
     const ActuatorParameters p = named_parameters(name);
     list.push_back({{"name", name},
@@ -173,17 +175,13 @@ Json list_keys(const std::string& only) {
   return list;
 }
 
-Json list_trajectories(const std::string&) {
-  const auto entry = [](const char* kind, const char* keys, const char* summary) {
-    return Json{{"kind", kind}, {"keys", keys}, {"summary", summary}};
-  };
-  return Json::array(
-      {entry("cycloidal", "from_m, to_m, move_s, dwell_s", "dwell, one cycloid, dwell"),
-       entry("sine", "from_m, to_m, frequency_hz, periods, lead_s",
-             "a cycloid up, periods of a cosine, a cycloid back"),
-       entry("step", "from_m, height_m, at_s, hold_s, steady_s", "a step, held"),
-       entry("multi_cycloid", "from_m, to_m = [..], move_s, dwell_s", "cycloids from station to station, with dwells"),
-       entry("csv", "path", "points time_s,position_m of a file")});
+Json list_trajectories(const std::string& only) {
+  Json list = Json::array();
+  for (const System* system : chosen_systems(only))
+    for (const MotionKind& motion : simulation_of(*system).motions())
+      list.push_back(
+          {{"system", system->name()}, {"kind", motion.kind}, {"keys", motion.keys}, {"summary", motion.summary}});
+  return list;
 }
 
 struct Section {

@@ -7,7 +7,6 @@
 #include "experiments/rig/replay_run.hpp"
 
 #include <algorithm>
-#include <cctype>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -46,8 +45,7 @@ std::string json_of(const ReplayResult& r, const SystemDescription& system, cons
                                  {"ticks", r.ticks},
                                  {system.switch_noun + "_differences", r.switch_differences}};
   for (std::size_t i = 0; i < system.continuous.size(); ++i) {
-    std::string unit = system.continuous[i].unit;
-    std::ranges::transform(unit, unit.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string unit = unit_in_keys(system.continuous[i].unit);
     json[system.continuous[i].name + "_differences"] = r.continuous_differences[i];
     json[fmt::format("{}_difference_rms_{}", system.continuous[i].name, unit)] = r.continuous_difference_rms[i];
   }

@@ -102,9 +102,8 @@ void look_before_start(const RunArguments& options, Plant& plant, const VariantC
                        const ScenarioConfig& scenario, SessionSettings& session) {
   constexpr double near = 1e-3;
   const System& system = system_of(scenario);
-  LadderSettings ladder = session.ladder;
-  system.fit_ladder(variant, ladder);
-  const Preflight found = preflight(plant, system.description(), ladder.plausibility, variant.timing.tick_s);
+  const Preflight found = preflight(plant, make_limits(variant).safe_command(), system.description(),
+                                    session.ladder.plausibility, variant.timing.tick_s);
   if (!options.quiet || !found.good()) fmt::print(stderr, "{}\n", found.text(system.description()));
   if (!found.good()) throw std::runtime_error("the sensors are not plausible: not started");
   const AxisValues start = scenario.trajectory.start();
@@ -144,14 +143,13 @@ int run(const RunArguments& chosen) {
   RunArguments options = chosen;
   const Campaign campaign = campaign_of(options);
   options.plant.faults = parse_faults(options.faults, simulation_of(*campaign.system));
-  options.plant.rig =
-      options.rig_file.empty() ? usual_rig(*campaign.system) : read_rig_file(options.rig_file, *campaign.system);
+  const VariantConfig variant = told(campaign.variants.front(), campaign.scenarios.front());
+  options.plant.rig = options.rig_file.empty() ? usual_rig(variant) : read_rig_file(options.rig_file, variant);
   const double lowering_s = options.session.ladder.lowering_s;
-  options.session.ladder =
-      ladder_at(options.plant.rig, told(campaign.variants.front(), campaign.scenarios.front()).timing.tick_s);
+  options.session.ladder = options.plant.rig.ladder;
   options.session.rates = options.plant.rig.rates;
   if (lowering_s > 0) options.session.ladder.lowering_s = lowering_s;
-  require_real_time(campaign.variants.front());
+  require_real_time(variant);
   const std::string folder = options.out.empty() ? "results/run-" + compact_timestamp() : options.out;
   const InterruptGuard guard;
   std::optional<LiveServer> server;
@@ -212,7 +210,7 @@ void add_realtime_options(CLI::App& command, RunArguments& o) {
   command.add_option("--policy", o.policy, "plans take effect at_once (default) or in the next_slot")
       ->check(CLI::IsMember({"at_once", "next_slot"}));
   command.add_flag("--no-realtime", o.no_realtime, "do not ask for SCHED_FIFO");
-  command.add_option("--tick-core", o.session.tick_core, "core of the 1 ms tick; default: any")
+  command.add_option("--tick-core", o.session.tick_core, "core of the tick's thread; default: any")
       ->check(CLI::Range(0, 1023));
   command.add_option("--solver-core", o.session.solver_core, "core of the solver; default: any")
       ->check(CLI::Range(0, 1023));
@@ -220,7 +218,9 @@ void add_realtime_options(CLI::App& command, RunArguments& o) {
       .add_option("--rearm-wait", o.session.rearm_wait_s,
                   "seconds to wait in SAFE for a re-arm (r and Enter, or SIGUSR1); default 0: the run ends")
       ->check(CLI::Range(0.0, 3600.0));
-  command.add_option("--lowering", o.session.ladder.lowering_s, "seconds of braking by the motor in SAFE; default 0")
+  command
+      .add_option("--lowering", o.session.ladder.lowering_s,
+                  "seconds of braking by continuous inputs (the actuator's motor) in SAFE; default 0")
       ->check(CLI::Range(0.0, 5.0));
   command.add_option("--udp", o.session.udp_ports, "send every tenth tick as JSON to this UDP port of 127.0.0.1")
       ->expected(1)
@@ -255,9 +255,9 @@ void add_run(CLI::App& app, int& exit_code) {
   add_plant_options(*command, *options);
   add_realtime_options(*command, *options);
   command->footer(
-      "Ctrl-C stops safely: coils off, motor 0 N, then the log is closed. Exit codes: 0 ended as told, 1 ended in SAFE "
-      "or "
-      "without its log, 2 refused, 130 interrupted.");
+      "Ctrl-C stops safely: the system's safe command (coils off, motor 0 N), then the log is closed. Exit codes: 0 "
+      "ended "
+      "as told, 1 ended in SAFE or without its log, 2 refused, 130 interrupted.");
   command->callback([options, &exit_code] { exit_code = run(*options); });
 }
 

@@ -17,12 +17,22 @@
 namespace solenoid {
 namespace {
 
-/// A reference this close to a window of the motion is that window [m, m/s]: rounding, no more.
+/// A reference this close to a window of the motion is that window, of the motion's values or, below 1, absolute:
+/// rounding, no more.
 constexpr double window_tolerance = 1e-12;
 
-/// The variant's table as the campaign has it, a file of parameters replaced by its content.
-std::string variant_toml(const Campaign& campaign, const std::string& name) {
-  toml::table table = *campaign.resolved->root()["variant"][name].as_table();
+bool differ(double value, double expected) {
+  return !(std::abs(value - expected) <= window_tolerance * std::max(1.0, std::abs(expected)));
+}
+
+/// The variant's table as the campaign has it, a file of parameters replaced by its content, with the sampling that it
+/// had: a set has no scenarios to say one.
+std::string variant_toml(const Campaign& campaign, const VariantConfig& v) {
+  toml::table table = *campaign.resolved->root()["variant"][v.name].as_table();
+  toml::table timing;
+  if (v.own_timing.tick_ms) timing.insert("tick_ms", *v.own_timing.tick_ms);
+  if (v.own_timing.period_ms) timing.insert("period_ms", *v.own_timing.period_ms);
+  if (!timing.empty()) table.insert_or_assign("timing", timing);
   if (const auto file = table["model"].value<std::string>(); file && file->ends_with(".toml"))
     table.insert_or_assign("model", toml::parse(campaign.resolved->linked(*file).value()));
   return toml_text(table);
@@ -35,10 +45,7 @@ RecordedMotion motion_of(const ScenarioConfig& scenario, double tick_s, int beyo
   const auto rows = static_cast<std::uint32_t>(std::llround(scenario.duration_s / tick_s) + beyond);
   for (std::uint32_t k = 0; k < rows; ++k) {
     const ReferenceSample r = scenario.trajectory.at(k * tick_s);
-    for (const OutputSource& o : outputs) {
-      const MotionSample& axis = r.axis[o.axis];
-      s.rows.push_back(o.derivative == 0 ? axis.value : o.derivative == 1 ? axis.rate : axis.acceleration);
-    }
+    for (const OutputSource& o : outputs) s.rows.push_back(r.axis[o.axis].derivative(o.derivative));
   }
   return s;
 }
@@ -51,7 +58,7 @@ bool is_window(const std::vector<Row>& rows, const RecordedMotion& s, std::uint3
   for (std::size_t j = 0; j < rows.size(); ++j) {
     const auto motion = s.row(start + j);
     for (std::size_t i = 0; i < rows[j].size(); ++i)
-      if (!(std::abs(rows[j][i] - (motion[i] + offset[i])) <= window_tolerance)) return false;
+      if (differ(rows[j][i], motion[i] + offset[i])) return false;
   }
   return true;
 }
@@ -72,8 +79,8 @@ void keep_reference(const PosedInstance<Model>& posed, const RecordedMotion& s,
   for (std::uint32_t start = tick + 1; start <= tick + 1 + ticks_per_period && start < s.size(); ++start) {
     Offset offset{};
     for (std::size_t i = 0; i < outputs.size(); ++i) {
-      const double shift = posed.reference[0][i] - s.row(start)[i];
-      if (outputs[i].derivative == 0 && std::abs(shift) > window_tolerance) offset[i] = shift;
+      const double value = posed.reference[0][i], there = s.row(start)[i];
+      if (outputs[i].derivative == 0 && differ(value, there)) offset[i] = value - there;
     }
     if (!is_window(posed.reference, s, start, offset) || !is_window(posed.setpoint, s, start - 1, {})) continue;
     r.start = start;
@@ -146,38 +153,47 @@ void keep(const Posed<Model>& posed, std::uint32_t motion, const InstanceSet& se
   }
 }
 
-/// The variant as it runs in a scenario. The set's motions are in ticks, so every variant must have the same.
-VariantConfig timed_alike(const Campaign& campaign, const VariantConfig& v, const ScenarioConfig& s) {
-  const VariantConfig first = timed(campaign.variants.front(), campaign.scenarios.front().timing, s.name);
-  VariantConfig own = timed(v, s.timing, s.name);
-  if (own.timing.tick_s != first.timing.tick_s)
-    throw ConfigError(
-        fmt::format("variant '{}' in scenario '{}' has ticks of {:g} ms, '{}' of {:g} ms (allowed: "
-                    "instances of one tick)",
-                    v.name, s.name, 1e3 * own.timing.tick_s, first.name, 1e3 * first.timing.tick_s));
+/// The variant as it runs in the campaign's scenarios. The set's motions are in ticks, so every variant must have the
+/// same; and a variant's problems are of one period.
+VariantConfig timed_alike(const Campaign& campaign, const VariantConfig& v) {
+  const ScenarioConfig& begin = campaign.scenarios.front();
+  const VariantConfig first = timed(campaign.variants.front(), begin.timing, begin.name);
+  VariantConfig own = timed(v, begin.timing, begin.name);
+  own.own_timing = said_timing(v, begin.timing);
+  for (const ScenarioConfig& s : campaign.scenarios) {
+    const Timing here = timed(v, s.timing, s.name).timing;
+    if (here.tick_s != first.timing.tick_s)
+      throw ConfigError(
+          fmt::format("variant '{}' in scenario '{}' has ticks of {:g} ms, '{}' of {:g} ms (allowed: "
+                      "instances of one tick)",
+                      v.name, s.name, 1e3 * here.tick_s, first.name, 1e3 * first.timing.tick_s));
+    if (here != own.timing)
+      throw ConfigError(
+          fmt::format("variant '{}' has periods of {:g} ms in scenario '{}', of {:g} ms in '{}' (allowed: instances of "
+                      "one period)",
+                      v.name, 1e3 * here.period_s(), s.name, 1e3 * own.timing.period_s(), begin.name));
+  }
   return own;
 }
 
 /// An empty set with the motions of a campaign.
 InstanceSet with_motions(const Campaign& campaign) {
   InstanceSet set;
-  for (const ScenarioConfig& s : campaign.scenarios) {
-    int steps = 0, period = 0;
-    for (const VariantConfig& v : campaign.variants) {
-      steps = std::max(steps, v.horizon.steps);
-      period = std::max(period, timed_alike(campaign, v, s).timing.ticks_per_period);
-    }
-    const double tick_s = timed_alike(campaign, campaign.variants.front(), s).timing.tick_s;
-    set.motions.push_back(motion_of(s, tick_s, steps + period + 1));
+  int steps = 0, period = 0;
+  for (const VariantConfig& v : campaign.variants) {
+    steps = std::max(steps, v.horizon.steps);
+    period = std::max(period, timed_alike(campaign, v).timing.ticks_per_period);
   }
+  const double tick_s = timed_alike(campaign, campaign.variants.front()).timing.tick_s;
+  for (const ScenarioConfig& s : campaign.scenarios) set.motions.push_back(motion_of(s, tick_s, steps + period + 1));
   return set;
 }
 
 /// A variant without instances yet. A plan that a clock cut short is nobody's yardstick: it has no deadline.
-VariantInstances& add_variant(const Campaign& campaign, VariantConfig v, InstanceSet& set) {
-  for (const ScenarioConfig& s : campaign.scenarios) v = timed_alike(campaign, v, s);
+VariantInstances& add_variant(const Campaign& campaign, const VariantConfig& chosen, InstanceSet& set) {
+  VariantConfig v = timed_alike(campaign, chosen);
   v.deadline_ms.reset();
-  return set.variants.emplace_back(VariantInstances{v.name, variant_toml(campaign, v.name), v, {}});
+  return set.variants.emplace_back(VariantInstances{v.name, variant_toml(campaign, v), v, {}});
 }
 
 /// `run(decorate)` is one closed loop of `duration_s`: keeps about `count` of its problems.

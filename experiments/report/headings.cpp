@@ -1,23 +1,12 @@
 #include "experiments/report/headings.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <iterator>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
 namespace solenoid {
-namespace {
-
-/// A unit as keys write it: "N" is "n", "%" is "percent".
-std::string unit_in_keys(std::string unit) {
-  if (unit == "%") return "percent";
-  std::ranges::transform(unit, unit.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return unit;
-}
-
-}  // namespace
 
 MetricHeading metric_heading(const MetricColumn& metric) {
   if (metric.heading.empty()) {

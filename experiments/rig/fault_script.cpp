@@ -86,6 +86,7 @@ InjectedFault parse_fault(const std::string& text, const SimulatedSystem& system
     const bool wants = !k.unit.empty();
     if (wants != value.has_value()) script.refuse(wants ? "says no value" : "takes no value");
     if (value) fault.value = number(script, *value, "value");
+    if (fault.value < 0 && k.unit != "VALUE") script.refuse(fmt::format("{} is below 0", *value));
     return fault;
   }
   script.refuse("is not known");

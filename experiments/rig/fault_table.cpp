@@ -197,13 +197,13 @@ Result result_of(const std::vector<FaultOutcome>& simulated, const std::vector<P
                           Column("", "final coils, motor", "<"), Column("largest_error_mm", "error mm", ".1f"),
                           Column("in_range", "in range", "<"), Column("safe_causes"), Column("note"),
                           Column("", "why SAFE", "<")}};
+  const SystemDescription& system = actuator_description();
   for (const FaultOutcome& f : simulated)
-    table.add({f.name, f.fault, f.moving ? "moving" : "at rest", f.moving, f.detected_ms, happened(f.detected_ms),
-               f.acted_ms, happened(f.acted_ms), to_string(f.worst), to_string(f.last), outputs(f.final_command),
-               outputs_text(f.final_command), f.largest_error_mm, f.in_range,
-               to_string(f.causes, actuator_description()), f.note,
-               (f.causes.empty() ? std::string() : to_string(f.causes, actuator_description())) +
-                   (f.note.empty() ? "" : " " + f.note)});
+    table.add(
+        {f.name, f.fault, f.moving ? "moving" : "at rest", f.moving, f.detected_ms, happened(f.detected_ms), f.acted_ms,
+         happened(f.acted_ms), to_string(f.worst, system), to_string(f.last, system), outputs(f.final_command),
+         outputs_text(f.final_command), f.largest_error_mm, f.in_range, to_string(f.causes, system), f.note,
+         (f.causes.empty() ? std::string() : to_string(f.causes, system)) + (f.note.empty() ? "" : " " + f.note)});
   Table second{
       .name = "processes",
       .columns = {Column("fault", "process", "<"), Column("exit_code", "run's exit"), Column("node_safe_after_ms"),

@@ -1,9 +1,19 @@
 #include "experiments/rig/faulty_plant.hpp"
 
+#include "core/config/reader.hpp"
+
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 namespace solenoid {
+namespace {
+
+constexpr double longest_delay_ticks = 1e6;
+
+}  // namespace
+
 FaultyPlant::FaultyPlant(std::unique_ptr<SimulatedPlant> plant, std::vector<InjectedFault> faults,
                          const VariantConfig& variant, std::uint64_t seed)
     : plant_(std::move(plant)),
@@ -13,10 +23,20 @@ FaultyPlant::FaultyPlant(std::unique_ptr<SimulatedPlant> plant, std::vector<Inje
       random_(seed),
       tick_s_(variant.timing.tick_s) {
   const System& system = system_.system();
-  const LadderSettings usual = system.ladder();
+  const LadderSettings usual = system.ladder(variant);
+  std::size_t history = 1;
+  for (const InjectedFault& fault : faults_) {
+    if (fault.kind != "delayed") continue;
+    if (!(fault.value / tick_s_ <= longest_delay_ticks))
+      throw ConfigError(fmt::format("fault '{}:delayed={:g}': a delay of {:g} ticks of {:g} ms (allowed: at most {:g})",
+                                    fault.target, fault.value, fault.value / tick_s_, 1e3 * tick_s_,
+                                    longest_delay_ticks));
+    history = std::max(history, ticks_of(fault) + 1);
+  }
   for (std::size_t i = 0; i < system.description().channels.size(); ++i) {
     names_.push_back(system.description().channels[i].name);
     channels_.emplace_back();
+    channels_.back().past.resize(history);
     channels_.back().low = usual.plausibility.channels[i].rail_low;
     channels_.back().high = usual.plausibility.channels[i].rail_high;
   }
@@ -29,10 +49,7 @@ double FaultyPlant::spoiled(const InjectedFault& fault, Channel& c, double value
   if (fault.kind == "garbage") return std::uniform_real_distribution<double>(c.low, c.high)(random_);
   if (fault.kind == "offset") return value + fault.value;
   if (fault.kind == "slow") return c.slow += (value - c.slow) * std::min(1.0, tick_s_ / fault.value);
-  if (fault.kind == "delayed") {
-    const auto ago = static_cast<std::size_t>(std::clamp(std::round(fault.value / tick_s_), 0.0, history - 1.0));
-    return c.past[(tick_ + history - std::min(ago, tick_)) % history];
-  }
+  if (fault.kind == "delayed") return c.past[(tick_ - std::min(ticks_of(fault), tick_)) % c.past.size()];
   return std::fmod(time_s - fault.from_s, fault.value) < 0.1 * fault.value ? off : value;  // intermittent
 }
 
@@ -43,7 +60,7 @@ Measurement FaultyPlant::read(double time_s) noexcept {
   ChannelValues& values = s.value;
   for (std::size_t i = 0; i < channels_.size(); ++i) {
     Channel& c = channels_[i];
-    c.past[tick_ % history] = values[i];
+    c.past[tick_ % c.past.size()] = values[i];
     bool any = false;
     for (const InjectedFault& fault : faults_) {
       if (fault.target != names_[i] || !fault.active(time_s)) continue;

@@ -3,7 +3,7 @@
 #include "experiments/plants/simulated_plant.hpp"
 #include "experiments/rig/fault_script.hpp"
 
-#include <array>
+#include <cmath>
 #include <memory>
 #include <random>
 #include <string>
@@ -15,7 +15,7 @@ namespace solenoid {
 /// garbage is anywhere in its range.
 class FaultyPlant final : public SimulatedPlant {
  public:
-  /// `variant`: of the controller, told of the scenario.
+  /// `variant`: of the controller, told of the scenario. Throws ConfigError for a delay of more than a million ticks.
   FaultyPlant(std::unique_ptr<SimulatedPlant> plant, std::vector<InjectedFault> faults, const VariantConfig& variant,
               std::uint64_t seed);
 
@@ -27,12 +27,13 @@ class FaultyPlant final : public SimulatedPlant {
   const Command& outputs() const { return outputs_; }
 
  private:
-  static constexpr std::size_t history = 512;
   struct Channel {
     double held = 0.0, slow = 0.0, low = 0.0, high = 0.0;
-    bool frozen = false;
-    std::array<double, history> past{};
+    std::vector<double> past{};  ///< the newest values, one a tick, in turn
   };
+  std::size_t ticks_of(const InjectedFault& fault) const {
+    return static_cast<std::size_t>(std::llround(fault.value / tick_s_));
+  }
   double spoiled(const InjectedFault& fault, Channel& channel, double value, double time_s) noexcept;
 
   std::unique_ptr<SimulatedPlant> plant_;

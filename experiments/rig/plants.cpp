@@ -12,12 +12,16 @@ namespace solenoid {
 
 constexpr const char* rig_system = "actuator";  // whose calibration and wiring there are
 
+void require_rig(const ScenarioConfig& scenario, const std::string& what) {
+  if (system_of(scenario).name() != rig_system)
+    throw ConfigError(fmt::format("{}: boards and nodes are of the {}, not of {} (allowed: sim)", what, rig_system,
+                                  system_of(scenario).name()));
+}
+
 OpenedPlant open_plant(const PlantChoice& choice, const VariantConfig& variant, const ScenarioConfig& scenario,
                        std::uint64_t seed) {
   OpenedPlant opened;
-  if (choice.kind != "sim" && system_of(scenario).name() != rig_system)
-    throw ConfigError(fmt::format("--plant {}: boards and nodes are of the {}, not of {} (allowed: sim)", choice.kind,
-                                  rig_system, system_of(scenario).name()));
+  if (choice.kind != "sim") require_rig(scenario, "--plant " + choice.kind);
   std::unique_ptr<RigIo> io;
   if (choice.kind == "emulator") io = std::make_unique<UdpIo>(parse_node_address(choice.address));
   if (choice.kind == "comedi") io = make_comedi_io(choice.rig.comedi);

@@ -25,6 +25,9 @@ struct OpenedPlant {
   std::unique_ptr<Plant> plant;
   RigPlant* rig = nullptr;  ///< plant, if it is behind a RigIo
 };
+/// Boards, nodes and calibration are one system's: throws ConfigError for a task of another. `what`: asks for them.
+void require_rig(const ScenarioConfig& scenario, const std::string& what);
+
 OpenedPlant open_plant(const PlantChoice& choice, const VariantConfig& variant, const ScenarioConfig& scenario,
                        std::uint64_t seed);
 

@@ -19,6 +19,7 @@ struct Preflight {
   std::string text(const SystemDescription& system) const;
 };
 /// Commands nothing but safe outputs.
-Preflight preflight(Plant& plant, const SystemDescription& system, const PlausibilitySettings& settings, double tick_s);
+Preflight preflight(Plant& plant, const Command& safe, const SystemDescription& system,
+                    const PlausibilitySettings& settings, double tick_s);
 
 }  // namespace solenoid

@@ -176,8 +176,8 @@ RecordedTask recorded_task(const RecordedRun& run) {
   const Campaign campaign = recorded_campaign(run);
   const ScenarioConfig& scenario = campaign.scenarios.front();
   const VariantConfig variant = told(campaign.variants.front(), scenario);
-  const RigFile rig = read_rig(TableReader::from_text(said(run, "rig"), "the log's rig file"), *scenario.system);
-  RecordedTask task{variant, scenario, ladder_at(rig, variant.timing.tick_s)};
+  const RigFile rig = read_rig(TableReader::from_text(said(run, "rig"), "the log's rig file"), variant);
+  RecordedTask task{variant, scenario, rig.ladder};
   task.ladder.lowering_s = std::stod(said(run, "lowering_s"));
   task.variant.latency_ticks = said(run, "policy") == "next_slot" ? task.variant.timing.ticks_per_period : 0;
   return task;

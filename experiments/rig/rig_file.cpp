@@ -84,45 +84,54 @@ void read_actuator_limits(TableReader& t, LadderSettings& l) {
   for (const std::size_t channel : pressure_channels) l.limits[channel].high = most_pa;
 }
 
-void read_limits(TableReader& t, const System& system, RigFile& rig) {
+/// What keys of ladder and exit are called.
+struct LimitKeys {
+  const char *held_slots = "held_slots", *backup_slots = "backup_slots", *continuous_per_tick = "continuous_per_tick",
+             *switch_period_ticks = "switch_period_ticks";
+};
+constexpr LimitKeys actuator_keys = {"dmpc_slots", "motor_slots", "motor_n_per_tick", "coil_period_ticks"};
+
+void read_limits(TableReader& t, const VariantConfig& variant, RigFile& rig) {
+  const SystemDescription& system = system_of(variant).description();
+  const bool of_rig = is_of_rig(system_of(variant));
+  const LimitKeys keys = of_rig ? actuator_keys : LimitKeys{};
   LadderSettings& l = rig.ladder;
-  if (is_of_rig(system))
+  if (of_rig)
     read_actuator_limits(t, l);
-  else
-    read_channel_limits(t, system.description(), l);
+  else if (!l.limits.empty())
+    read_channel_limits(t, system, l);
   l.lowering_s = t.number_or("lowering_s", l.lowering_s, Range::between(0.0, 5.0));
   l.shifted_slots = t.integer_or("shifted_slots", l.shifted_slots, 0, 20);
-  l.dmpc_slots = t.integer_or("dmpc_slots", l.dmpc_slots, 0, 100000);
-  l.motor_slots = t.integer_or("motor_slots", l.motor_slots, 0, 2000);
-  if (t.has("longest_gap_ms")) rig.longest_gap_ms = t.integer("longest_gap_ms", 1, 1000);
-  rig.rates.continuous_per_tick = t.number_or("motor_n_per_tick", rig.rates.continuous_per_tick, Range::positive());
-  rig.rates.switch_period_ticks = t.integer_or("coil_period_ticks", rig.rates.switch_period_ticks, 0, 1000);
+  l.held_slots = t.integer_or(keys.held_slots, l.held_slots, 0, 100000);
+  l.backup_slots = t.integer_or(keys.backup_slots, l.backup_slots, 0, 2000);
+  if (t.has("longest_gap_ms")) {
+    const double ticks = 1e-3 * t.integer("longest_gap_ms", 1, 1000) / variant.timing.tick_s;
+    l.longest_gap_ticks = std::max(1, static_cast<int>(std::lround(ticks)));
+  }
+  if (!system.continuous.empty())
+    rig.rates.continuous_per_tick =
+        t.number_or(keys.continuous_per_tick, rig.rates.continuous_per_tick, Range::positive());
+  rig.rates.switch_period_ticks = t.integer_or(keys.switch_period_ticks, rig.rates.switch_period_ticks, 0, 1000);
   t.finish();
 }
 
 }  // namespace
 
-LadderSettings ladder_at(const RigFile& rig, double tick_s) {
-  LadderSettings ladder = rig.ladder;
-  if (rig.longest_gap_ms)
-    ladder.longest_gap_ticks = std::max(1, static_cast<int>(std::lround(1e-3 * *rig.longest_gap_ms / tick_s)));
-  return ladder;
-}
-
-RigFile usual_rig(const System& system) {
+RigFile usual_rig(const VariantConfig& variant) {
   RigFile rig;
-  rig.ladder = system.ladder();
+  rig.ladder = system_of(variant).ladder(variant);
   return rig;
 }
 
-RigFile read_rig_file(const std::string& path, const System& system) {
-  RigFile rig = read_rig(TableReader::from_file(path), system);
+RigFile read_rig_file(const std::string& path, const VariantConfig& variant) {
+  RigFile rig = read_rig(TableReader::from_file(path), variant);
   rig.text = read_whole_file(path).value_or("");
   return rig;
 }
 
-RigFile read_rig(TableReader table, const System& system) {
-  RigFile rig = usual_rig(system);
+RigFile read_rig(TableReader table, const VariantConfig& variant) {
+  const System& system = system_of(variant);
+  RigFile rig = usual_rig(variant);
   for (const char* key : {"calibration", "comedi"})
     if (!is_of_rig(system) && table.has(key))
       table.fail(key, fmt::format("of the actuator's rig, not of {} (allowed: limits)", system.name()));
@@ -136,7 +145,7 @@ RigFile read_rig(TableReader table, const System& system) {
   }
   if (table.has("limits")) {
     TableReader limits = table.table("limits");
-    read_limits(limits, system, rig);
+    read_limits(limits, variant, rig);
   }
   table.finish();
   return rig;

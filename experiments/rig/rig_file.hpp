@@ -4,7 +4,6 @@
 #include "core/safety/limits.hpp"
 #include "experiments/rig/calibration.hpp"
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,17 +25,14 @@ struct ComediSettings {
 struct RigFile {
   Calibration calibration;
   ComediSettings comedi;
-  LadderSettings ladder;                 ///< the system's usual one, with what the file says
-  std::optional<double> longest_gap_ms;  ///< of the file, in place of the ladder's ticks
+  LadderSettings ladder;  ///< the system's for the variant that runs, with what the file says
   CommandRates rates;
   std::string text;  ///< what was read; empty: the defaults
 };
-/// Throw ConfigError with file, line, key and what is allowed.
-RigFile read_rig_file(const std::string& path, const System& system);
-RigFile read_rig(TableReader table, const System& system);
-/// The rig's limits at this sampling.
-LadderSettings ladder_at(const RigFile& rig, double tick_s);
-/// What a rig of the system is without a file.
-RigFile usual_rig(const System& system);
+/// For a variant that was told of its task. Throw ConfigError with file, line, key and what is allowed.
+RigFile read_rig_file(const std::string& path, const VariantConfig& variant);
+RigFile read_rig(TableReader table, const VariantConfig& variant);
+/// What a rig is without a file.
+RigFile usual_rig(const VariantConfig& variant);
 
 }  // namespace solenoid

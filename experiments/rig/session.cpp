@@ -124,7 +124,7 @@ void tick_thread(Plant& plant, FallbackLadder& ladder, CommandLimits& limits, Ru
   const std::int64_t before = AllocationGuard::thread_allocations();
   loop.run(most, tick_s, [&] { return ending(tap.last); });
   shared.allocations = AllocationGuard::thread_allocations() - before;
-  plant.write({});
+  plant.write(limits.safe_command());
   shared.loop = loop.counts();
   shared.causes = tap.last.decision.safe_causes;
   shared.last_s = tap.last.sensors.time_s;
@@ -201,8 +201,9 @@ RunLogSettings log_settings(const SessionSettings& settings, const SystemDescrip
 }
 
 /// Has the ladder begin where the plant stands; the log says where, for a replay.
-void begin_off_the_start(Plant& plant, const SystemDescription& system, FallbackLadder& ladder, RunLogSettings& log) {
-  plant.write({});
+void begin_off_the_start(Plant& plant, const Command& safe, const SystemDescription& system, FallbackLadder& ladder,
+                         RunLogSettings& log) {
+  plant.write(safe);
   const Measurement now = plant.read(0.0);
   AxisValues from{};
   for (std::size_t a = 0; a < system.axes.size(); ++a) {
@@ -272,7 +273,7 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
   limits.set_rates(settings.rates);
   Statistics statistics(settings.duration_s, timing);
   RunLogSettings to = log_settings(settings, system);
-  if (!settings.at_start_position) begin_off_the_start(plant, system, *ladder, to);
+  if (!settings.at_start_position) begin_off_the_start(plant, limits.safe_command(), system, *ladder, to);
   RunLog log(to, [&](const TickRecord& tick) { statistics.add(tick); });
 
   Shared shared;

@@ -29,10 +29,10 @@ std::string timing_table(const SessionTiming& timing) {
   return table.text(false);
 }
 
-std::string ladder_line(const LadderCounts& counts) {
+std::string ladder_line(const LadderCounts& counts, const SystemDescription& system) {
   std::string line;
   for (int r = 0; r < rungs; ++r)
-    line += fmt::format("{}{} {}", r ? ", " : "", to_string(static_cast<Rung>(r)),
+    line += fmt::format("{}{} {}", r ? ", " : "", to_string(static_cast<Rung>(r), system),
                         counts.slots[static_cast<std::size_t>(r)]);
   line += fmt::format("; entered SAFE {} times", counts.safe_entries);
   if (counts.rearms + counts.refused_rearms > 0)
@@ -54,7 +54,7 @@ std::string status_line(const TickRecord& t, const SystemDescription& system) {
   for (std::size_t i = 0; i < system.continuous.size(); ++i)
     line +=
         fmt::format("  {} {:+5.1f} {}", system.continuous[i].label, t.applied.continuous[i], system.continuous[i].unit);
-  line += fmt::format("  {}", to_string(t.decision.rung));
+  line += fmt::format("  {}", to_string(t.decision.rung, system));
   if (t.decision.rung == Rung::safe) line += " (" + to_string(t.decision.safe_causes, system) + ")";
   return line;
 }
@@ -78,7 +78,7 @@ std::string session_text(const RunRecord& record, const SessionResult& r) {
   text += fmt::format("metrics     {}\n", metrics);
   text += fmt::format("ticks       {} done, {} skipped, {} ended late; {} allocations\n", r.loop.ticks, r.loop.skipped,
                       r.loop.late, r.allocations_in_tick);
-  text += fmt::format("slots       {}\n", ladder_line(r.ladder));
+  text += fmt::format("slots       {}\n", ladder_line(r.ladder, system));
   text += fmt::format("commands    {} refused, {} slowed by rates\n", r.refused_commands, r.slowed_commands);
   text += fmt::format("log         {}{}\n\n", r.log_path, r.log_problem.empty() ? "" : " INCOMPLETE: " + r.log_problem);
   return text + timing_table(r.timing);
@@ -116,7 +116,7 @@ Json session_json(const RunRecord& record, const SessionResult& r) {
                   {"late", r.loop.late},
                   {"allocations", r.allocations_in_tick}};
   for (int i = 0; i < rungs; ++i)
-    json["ladder"][std::string(to_string(static_cast<Rung>(i)))] = r.ladder.slots[static_cast<std::size_t>(i)];
+    json["ladder"][to_string(static_cast<Rung>(i), system)] = r.ladder.slots[static_cast<std::size_t>(i)];
   json["ladder"]["safe_entries"] = r.ladder.safe_entries;
   json["ladder"]["rearms"] = r.ladder.rearms;
   json["safe_causes"] = to_string(r.causes, system);

@@ -103,13 +103,13 @@ StudyRows rows_of(const Study& study, const StudyTable& table, std::span<const R
     const Study::Member& member = study.members[v];
     const auto& runs = by_variant[study.campaign.variants[v].name];
     if (runs.empty() || (table.only && member.value && *member.value != *table.only)) continue;
-    if (!table.across_payloads) {
+    if (!table.across_conditions) {
       rows.push_back(point_of(table, member, member.value, runs));
       continue;
     }
-    std::map<double, std::vector<const RunRecord*>> by_payload;
-    for (const RunRecord* r : runs) by_payload[r->conditions.front()].push_back(r);
-    for (const auto& [payload_kg, some] : by_payload) rows.push_back(point_of(table, member, payload_kg, some));
+    std::map<double, std::vector<const RunRecord*>> by_condition;
+    for (const RunRecord* r : runs) by_condition[r->conditions.front()].push_back(r);
+    for (const auto& [condition, some] : by_condition) rows.push_back(point_of(table, member, condition, some));
   }
   if (table.printed) std::ranges::move(printed_rows(*table.printed), std::back_inserter(rows));
   if (table.knee) mark_knees(table, rows);

@@ -60,14 +60,14 @@ struct StudyTable {
   std::string name, title;
   std::vector<std::string> scenarios;  ///< pooled are those whose names begin with one of these
   std::vector<std::string> figures;
-  bool across_payloads = false;  ///< a row a payload, in place of one a value
-  std::optional<double> only;    ///< of the values
+  bool across_conditions = false;  ///< a row for each first condition, in place of one for each value
+  std::optional<double> only;      ///< of the values
   std::optional<KneeOf> knee;
   std::optional<ReadAt> at;
   std::optional<PrintedSeries> printed;
 };
 
-/// One plot of a study's figure: two figures of a table, or one against the value or payload (`x` = "value").
+/// One plot of a study's figure: two figures of a table, or one against the value or condition (`x` = "value").
 struct StudyPanel {
   std::string table, x, y, log;  ///< log: "", "x", "y" or "xy"
 };
@@ -93,8 +93,7 @@ Study read_study(const std::string& path);
 /// A row of a table: the runs of a series with one value, or condition.
 struct StudyPoint {
   std::string series;
-  std::optional<double>
-      value;  ///< of the key, or the first of the system's conditions (the payload [kg]); none for a variant that is not swept
+  std::optional<double> value;         ///< of the key, or the scenarios' first condition; none for a variant not swept
   int runs = 0, bad = 0;               ///< bad: not ended well
   std::vector<double> figures = {};    ///< of the table, in its order; NaN if no run ended well
   std::optional<double> to_best = {};  ///< d above; of a variant not swept, in the units of the first series swept

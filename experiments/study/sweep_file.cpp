@@ -72,7 +72,9 @@ StudyTable read_table(TableReader& table, const Campaign& campaign, const Sweep&
   for (const std::string& name : t.figures)
     if (const auto known = figure_names(campaign.system->description()); !std::ranges::count(known, name))
       table.fail("figures", fmt::format("'{}' is not known (allowed: {})", name, fmt::join(known, ", ")));
-  t.across_payloads = table.boolean_or("across_payloads", false);
+  t.across_conditions = table.boolean_or("across_conditions", false);
+  if (t.across_conditions && campaign.system->description().conditions.empty())
+    table.fail("across_conditions", fmt::format("scenarios of {} have none (allowed: false)", campaign.system->name()));
   if (table.has("only")) {
     t.only = table.number("only");
     if (!std::ranges::count(sweep.values, *t.only)) table.fail("only", "not one of the sweep's values");

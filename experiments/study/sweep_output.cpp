@@ -15,12 +15,18 @@ using Column = Table::Column;
 
 std::string value_text(std::optional<double> value) { return value ? fmt::format("{}", *value) : "-"; }
 
+/// What a row is for where it is for a condition: "payload", the separator, "kg".
+std::string condition_label(const Study& study, const char* separator) {
+  const Signal& first = study.campaign.system->description().conditions.front();
+  return first.unit.empty() ? first.label : first.label + separator + first.unit;
+}
+
 Table table_of(const Study& study, const StudyTable& table, const StudyRows& rows) {
-  Table shown{
-      .name = table.name,
-      .title = table.title,
-      .columns = {Column("variant", "variant", "<"), Column("value"),
-                  Column("", table.across_payloads ? "payload kg" : study.sweep.key), Column("runs"), Column("bad")}};
+  Table shown{.name = table.name,
+              .title = table.title,
+              .columns = {Column("variant", "variant", "<"), Column("value"),
+                          Column("", table.across_conditions ? condition_label(study, " ") : study.sweep.key),
+                          Column("runs"), Column("bad")}};
   for (const std::string& figure : table.figures) shown.columns.push_back({figure, figure});
   if (table.knee) {
     shown.columns.push_back({"to_best", "to best"});
@@ -79,8 +85,7 @@ Json read_off_json(const StudyTable& table, const StudyRows& rows) {
 
 std::string label_of(const Study& study, const StudyTable& table, const std::string& name) {
   const SystemDescription& system = study.campaign.system->description();
-  if (name == "value" && table.across_payloads)
-    return fmt::format("{}, {}", system.conditions.front().label, system.conditions.front().unit);
+  if (name == "value" && table.across_conditions) return condition_label(study, ", ");
   if (name == "value") return study.sweep.label;
   const std::vector<StudyFigure> figures = study_figures(system);
   return std::ranges::find(figures, name, &StudyFigure::name)->label;
@@ -93,7 +98,7 @@ double coordinate(const Study& study, const StudyTable& table, const StudyPoint&
     return point.figures[static_cast<std::size_t>(at)];
   }
   if (!point.value) return std::nan("");
-  if (table.across_payloads) return *point.value;
+  if (table.across_conditions) return *point.value;
   const auto at = std::ranges::find(study.sweep.values, *point.value);
   if (at == study.sweep.values.end()) return *point.value;  // a printed table's own
   return study.sweep.drawn[static_cast<std::size_t>(at - study.sweep.values.begin())];

@@ -32,7 +32,7 @@ TEST(HotPath, TheLadderAllocatesNothingOnAnyRung) {
   const ScenarioConfig& scenario = campaign.scenarios.front();
   const VariantConfig& variant = campaign.variants.front();
   LadderSettings settings = actuator_ladder();
-  settings.dmpc_slots = settings.motor_slots = 4;
+  settings.held_slots = settings.backup_slots = 4;
   // Plans that are not numbers from 0.1 s to 0.4 s: shifted, dmpc, motor, safe.
   const auto ladder = make_ladder(variant, scenario.trajectory, settings,
                                   in_background({}, parse_faults({"solver:nan@0.1+0.3"}, actuator_simulation())));

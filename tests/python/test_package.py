@@ -87,6 +87,14 @@ class Systems(unittest.TestCase):
             with self.assertRaises(AttributeError):
                 run.measured_position_m
 
+    def test_a_variant_of_another_system_is_refused(self):
+        for name, keys in self.TASKS.items():
+            task = solenoid.scenario(**keys)
+            for other in {"thesis_pd", *self.TASKS} - {name}:
+                for refusing in (solenoid.simulate, solenoid.Controller, solenoid.Plant):
+                    with self.assertRaisesRegex(solenoid.ConfigError, "allowed: scenarios and variants of one system"):
+                        refusing(solenoid.variant(other), task)
+
     def test_the_loop_by_hand_is_the_loop_of_simulate(self):
         for name, keys in self.TASKS.items():
             variant, task = solenoid.variant(name), solenoid.scenario(**keys)

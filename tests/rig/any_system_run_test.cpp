@@ -25,7 +25,7 @@ struct Case {
 };
 
 /// In the names of tests.
-void PrintTo(const Case& c, std::ostream* out) { *out << c.variant; }
+std::ostream& operator<<(std::ostream& out, const Case& c) { return out << c.variant; }
 
 class AnySystemRun : public testing::TestWithParam<Case> {};
 

@@ -83,8 +83,8 @@ struct Bench {
 TEST(Ladder, StepsDownRungByRungAndClimbsBackAtOnce) {
   LadderSettings settings = actuator_ladder();
   settings.shifted_slots = 2;
-  settings.dmpc_slots = 3;
-  settings.motor_slots = 4;
+  settings.held_slots = 3;
+  settings.backup_slots = 4;
   Bench bench(settings);
   bench.tick(20);
   std::vector<Rung> seen;
@@ -93,13 +93,13 @@ TEST(Ladder, StepsDownRungByRungAndClimbsBackAtOnce) {
     seen.push_back(bench.tick().rung);
     bench.tick(4);
   }
-  const auto s = Rung::shifted, d = Rung::dmpc, m = Rung::motor;
+  const auto s = Rung::shifted, d = Rung::held, m = Rung::backup;
   EXPECT_THAT(seen, testing::ElementsAre(s, s, d, d, d, m, m, m, m, Rung::safe));
 
   Bench other(settings);
   other.tick(20);
   other.plan_age = 100;
-  EXPECT_EQ(other.tick(5).rung, Rung::dmpc);
+  EXPECT_EQ(other.tick(5).rung, Rung::held);
   other.plan_age = 0;
   EXPECT_EQ(other.tick().rung, Rung::fresh);
   EXPECT_EQ(other.left, other.wanted);
@@ -115,7 +115,7 @@ TEST(Ladder, DmpcCommandsDriveBothChambersAndTheMotorRungHoldsTheCoilsOff) {
   EXPECT_EQ(opening[2] + opening[3], 1.0);
   bench.sensors.value[pressure_a_channel] = std::numeric_limits<double>::quiet_NaN();
   const Decision d = bench.tick(4);
-  EXPECT_EQ(d.rung, Rung::motor);
+  EXPECT_EQ(d.rung, Rung::backup);
   EXPECT_EQ(bench.left.switches, 0u);
   EXPECT_TRUE(d.faults.has(pressure_a_channel, SensorFault::not_finite));
 }
@@ -167,8 +167,53 @@ TEST(Ladder, LatchesSafeWithinASlotOfEachDanger) {
       }
     };
   };
-  EXPECT_TRUE(after(moved(0.1087), 1).has(Fault::position_limit));
-  EXPECT_TRUE(after(moved(-0.0055), 1).has(Fault::position_limit));
+  EXPECT_TRUE(after(moved(0.1087), 1).has(Fault::axis_limit));
+  EXPECT_TRUE(after(moved(-0.0055), 1).has(Fault::axis_limit));
+}
+
+TEST(Ladder, WhereThePlantGoesOnceStoppedIsSeenButIsNoCause) {
+  FaultSet stopped;
+  stopped.add(Fault::stopped);
+  for (const bool first : {true, false}) {
+    Bench bench;
+    bench.tick(20);
+    if (first) bench.ladder->request_stop();
+    bench.tick();
+    for (int step = 0; step < 6; ++step) {
+      bench.sensors.value[pressure_b_channel] += 26e3;
+      bench.tick();
+    }
+    Decision d = bench.tick();
+    EXPECT_TRUE(d.faults.has(Fault::channel_limit));
+    if (!first) bench.ladder->request_stop();
+    d = bench.tick();
+    EXPECT_EQ(d.rung, Rung::safe);
+    EXPECT_EQ(d.safe_causes == stopped, first);
+    EXPECT_EQ(d.safe_causes.has(Fault::channel_limit), !first);
+  }
+}
+
+TEST(Ladder, InSafeSwitchesStandAsTheSystemSays) {
+  VariantConfig variant = shipped_variant("inverter_n3");
+  const System& system = system_of(variant);
+  const Campaign campaign = read_campaign("inverter", {{"inverter_n3"}, {}});
+  const auto ladder = make_ladder(variant, campaign.scenarios.front().trajectory, system.ladder(variant), nullptr);
+  CommandLimits limits = make_limits(variant);
+  const SwitchPattern zero = system.modes(variant).pattern(0);
+  EXPECT_EQ(system.modes(variant).modes()[0].name, "000");
+  Measurement sensors;
+  const AxisValues start = campaign.scenarios.front().trajectory.start();
+  for (int k = 0; k < 40; ++k) {
+    sensors.time_s = k * variant.timing.tick_s;
+    for (std::size_t a = 0; a < 2; ++a) sensors.value[a] = start[a] + 1e-3 * (k % 2);
+    if (k == 20) ladder->request_stop();
+    const Decision d = ladder->step(sensors);
+    const Command left = limits.checked(d.command);
+    ladder->applied(left);
+    EXPECT_EQ(d.rung == Rung::safe, k >= 20) << k;
+    EXPECT_EQ(left == (Command{zero, {}}), k >= 20) << k;
+  }
+  EXPECT_EQ(limits.refused(), 0);
 }
 
 TEST(Ladder, ReArmsOnlyByHandOnlyWhenSoundAndWithoutAJump) {
@@ -324,7 +369,7 @@ TEST(FaultTable, EveryFaultEndsWhereItShouldAndNothingOutOfRangeLeaves) {
     }
     const bool solver = f.fault.starts_with("solver");
     if (!solver) {  // no fault of sensor, valves or supply goes unanswered
-      EXPECT_GE(f.worst, Rung::motor);
+      EXPECT_GE(f.worst, Rung::backup);
     }
     if (f.fault.starts_with("position") && f.note != "re-armed") {
       EXPECT_EQ(f.last, Rung::safe);
@@ -336,7 +381,7 @@ TEST(FaultTable, EveryFaultEndsWhereItShouldAndNothingOutOfRangeLeaves) {
       EXPECT_LE(f.acted_ms, 5.0);
     }
     if (f.fault.starts_with("solver:late")) {
-      EXPECT_LE(f.worst, Rung::dmpc);
+      EXPECT_LE(f.worst, Rung::held);
       EXPECT_EQ(f.last, Rung::fresh);
     }
     if (f.fault.starts_with("solver:late=1@") || f.fault.starts_with("solver:late=2@")) {

@@ -90,7 +90,7 @@ TickRecord some_tick() {
   t.sensors = {1.234, {0.1 / 3, 150123.456789, 1e5 / 7}, {0.05, -0.1, 1e5, 2e5}, false, 2};
   t.decision.command = {0b1010, {-1.0 / 3}};
   t.applied = {0b0010, {2.0 / 3}};
-  t.decision.rung = Rung::dmpc;
+  t.decision.rung = Rung::held;
   t.decision.faults.add(pressure_b_channel, SensorFault::slew);
   t.decision.safe_causes.add(Fault::aborted);
   t.decision.report.status = Status::deadline_reached;

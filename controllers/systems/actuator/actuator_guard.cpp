@@ -77,9 +77,9 @@ LadderSettings actuator_ladder() {
   LadderSettings settings;
   settings.plausibility.channels = {position, pressure, pressure};
   bound_by_supply(settings.plausibility, ActuatorParameters());
-  settings.limits = {{.low = -0.005, .high = 0.1085, .fault = Fault::position_limit},
-                     {.high = 305e3, .fault = Fault::pressure_limit},
-                     {.high = 305e3, .fault = Fault::pressure_limit}};
+  settings.limits = {{.low = -0.005, .high = 0.1085, .fault = Fault::axis_limit},
+                     {.high = 305e3, .fault = Fault::channel_limit},
+                     {.high = 305e3, .fault = Fault::channel_limit}};
   settings.needed_to_stop = {position_channel};
   settings.needed_to_plan = {pressure_a_channel, pressure_b_channel};
   return settings;

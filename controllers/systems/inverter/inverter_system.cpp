@@ -10,6 +10,7 @@ namespace solenoid {
 namespace {
 
 constexpr double unbounded = std::numeric_limits<double>::infinity();
+constexpr double slew_margin = 1.5;  // for an inductance that is less than believed
 
 std::vector<VariantKey> inverter_keys() {
   std::vector<VariantKey> keys;
@@ -42,7 +43,7 @@ class InverterSystem final : public ModelSystem<InverterLoad> {
   void read(TableReader& table, VariantConfig& v) const override {
     inverter(v).nominal = read_model_table(table, inverter(v).nominal, read_inverter);
   }
-  /// The frequency of the electromotive force [Hz].
+  /// The task's frequency of the electromotive force [Hz].
   void tell(VariantConfig& v, const std::string& setting) const override {
     if (!setting.empty()) inverter(v).nominal.emf_frequency_hz = std::stod(setting);
   }
@@ -60,11 +61,20 @@ class InverterSystem final : public ModelSystem<InverterLoad> {
     return setup;
   }
   Vector<double, 4> rest() const override { return {100.0, 100.0, unbounded, unbounded}; }
-  /// Half as much again as the rated current is an overcurrent.
-  LadderSettings ladder() const override {
+  /// "000", which may follow every mode; with two levels "---". Both are zero voltage, an active short circuit: the
+  /// current that the electromotive force drives then is for the machine to bear, or for a contactor to break.
+  SwitchPattern safe_switches(const VariantConfig& v) const override {
+    return v.modes == "three_level" ? inverter_modes(v.modes, inverter(v).nominal).pattern(0) : 0;
+  }
+  /// Half as much again as the rated current is an overcurrent. No current moves faster than the whole link and the
+  /// electromotive force together drive it through the inductance; a sensor's noise comes on top.
+  LadderSettings ladder(const VariantConfig& v) const override {
     LadderSettings settings;
-    const double rated = InverterParameters().rated_current_a;
-    const SensorBounds current{-2.0 * rated, 2.0 * rated, -3.0 * rated, 3.0 * rated, 1.0, 0.2 * rated, 2.0};
+    const InverterParameters& p = inverter(v).nominal;
+    const double rated = p.rated_current_a, sigma = inverter(v).current_sigma_a;
+    const double most = (2.0 / 3.0 * p.dc_link_v + p.emf_amplitude_v) / p.inductance_h * v.timing.tick_s;
+    const double slew = slew_margin * most + 10.0 * sigma;
+    const SensorBounds current{-2.0 * rated, 2.0 * rated, -3.0 * rated, 3.0 * rated, 1.0, slew, sigma};
     settings.plausibility.channels = {current, current};
     settings.limits = {{.low = -1.5 * rated, .high = 1.5 * rated}, {.low = -1.5 * rated, .high = 1.5 * rated}};
     settings.needed_to_stop = {0, 1};

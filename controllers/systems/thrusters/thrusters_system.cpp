@@ -80,7 +80,7 @@ class ThrustersSystem final : public ModelSystem<FreeFlyer, OutsideForces> {
   }
   Vector<double, 6> rest() const override { return {any, any, any, 0.05, 0.05, 0.1}; }
   /// A floor of ten metres, and a pose that cannot jump.
-  LadderSettings ladder() const override {
+  LadderSettings ladder(const VariantConfig&) const override {
     LadderSettings settings;
     const SensorBounds position{-10.0, 10.0, -20.0, 20.0, 1e-3, 0.1, 1e-3};
     const SensorBounds angle{-1e3, 1e3, -2e3, 2e3, 1e-3, 0.2, 1e-3};

@@ -47,6 +47,9 @@ SystemDescription described() {
   s.switches_key = "coils";
   s.switch_noun = "coil";
   s.modes_key = "valves";
+  s.rung_names = {"fresh", "shifted", "dmpc", "motor", "safe"};
+  s.axis_limit_name = "position limit";
+  s.channel_limit_name = "pressure limit";
   return s;
 }
 

@@ -23,7 +23,6 @@ InverterParameters read_inverter(TableReader& table) {
   p.resistance_ohm = table.number_or("resistance_ohm", p.resistance_ohm, positive);
   p.inductance_h = table.number_or("inductance_h", p.inductance_h, positive);
   p.emf_amplitude_v = table.number_or("emf_amplitude_v", p.emf_amplitude_v, Range::between(0.0, 1e9));
-  p.emf_frequency_hz = table.number_or("emf_frequency_hz", p.emf_frequency_hz, Range::between(0.0, 1e6));
   p.rated_current_a = table.number_or("rated_current_a", p.rated_current_a, positive);
   p.switching_delay_s = table.number_or("switching_delay_s", p.switching_delay_s, Range::between(0.0, 1.0));
   table.finish();

@@ -31,8 +31,8 @@ struct InverterParameters {
   bool operator==(const InverterParameters&) const = default;
 };
 
-/// Reads parameters by the names of the fields above, but the sampling; a table says those that differ. Throws ConfigError
-/// with file, line, key and what is allowed.
+/// Reads parameters by the names of the fields above, but the sampling and the frequency, which a task says; a table says
+/// those that differ. Throws ConfigError with file, line, key and what is allowed.
 InverterParameters read_inverter(TableReader& table);
 
 /// The amplitude-invariant Clarke transform: of three phase quantities the vector (alpha, beta) without their mean.

@@ -36,18 +36,19 @@ SystemDescription described_inverter() {
   s.reference_keys = {"reference_i_alpha_a", "reference_i_beta_a", "reference_rate_alpha_a_s",
                       "reference_rate_beta_a_s"};
   s.outputs = {{0, 0, "i_alpha", "1/A2"}, {1, 0, "i_beta", "1/A2"}};
-  s.metrics = {{.key = "distortion_percent", .heading = "distortion %"},
-               {.key = "error_percent", .heading = "error %"},
+  s.metrics = {{.key = "error_percent", .heading = "error %"},
+               {.key = "distortion_percent", .heading = "distortion %"},
                {.key = "rmse_a", .heading = "RMSE A"},
                {.key = "largest_a", .heading = "largest A"},
                {.key = "switching_hz", .heading = "switching Hz", .effort = true},
                {.key = "switches", .whole = true, .heading = "switches"}};
-  s.judged = {"distortion_percent", "current's distortion"};
+  s.judged = {"error_percent", "current's error"};
   s.conditions = {{"inductance_factor", "", "inductance_factor", "inductance factor"}};
   s.timing = {25e-6, 1};
   s.switches_key = "gates";
   s.switch_noun = "gate";
   s.modes_key = "levels";
+  s.axis_limit_name = "current limit";
   return s;
 }
 
@@ -82,7 +83,7 @@ Metrics evaluate_inverter_run(std::span<const TickRecord> ticks, double tick_s, 
   for (const TickRecord& t : ticks) rest += std::norm(current(t) - share * desired(t));
   m["rmse_a"] = std::hypot(f.axis[0].rms, f.axis[1].rms);
   if (power > 0) m["error_percent"] = 100.0 * m["rmse_a"] / std::sqrt(power / n);
-  if (std::abs(share) > 0) m["distortion_percent"] = 100.0 * std::sqrt(rest / power) / std::abs(share);
+  if (power > 0) m["distortion_percent"] = 100.0 * std::sqrt(rest / power);
   m["switching_hz"] = f.switches / (devices * f.duration_s);
   m["switches"] = f.switches;
   add_solves(ticks, deadline_us, m);

@@ -15,9 +15,11 @@ const SystemDescription& inverter_description();
 /// of the inverter, twelve with three levels, six with two. With i the true current and r the
 /// desired one as complex numbers alpha + j beta:
 ///
-/// distortion_percent   100 rms |i - c r| / rms |c r|,  c = sum i r* / sum |r|^2: what is left of the current beside its
-///                      share of the desired one, which for a rotating r is the fundamental
 /// error_percent        100 rms |i - r| / rms |r|
+/// distortion_percent   100 rms |i - c r| / rms |r|,  c = sum i r* / sum |r|^2: what is left of the current beside its
+///                      share of the desired one, which for a rotating r is the fundamental (total demand distortion,
+///                      the demand being the desired current). That share's amplitude and phase are not in it: a current
+///                      that is no answer to r at all may have little of it
 /// rmse_a, largest_a    |i - r|
 /// switching_hz         of one device, how often a second it turns on: of a change of a gate signal one turns on
 /// switches             changes of a gate signal

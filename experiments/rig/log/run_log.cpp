@@ -110,7 +110,8 @@ void RunLog::note_changes(const TickRecord& tick) {
   rung_ = tick.decision.rung;
   const bool safe = rung_ == Rung::safe;
   event(t, "rung",
-        std::string(to_string(rung_)) + (safe ? ": " + to_string(tick.decision.safe_causes, *settings_.system) : ""));
+        to_string(rung_, *settings_.system) +
+            (safe ? ": " + to_string(tick.decision.safe_causes, *settings_.system) : ""));
   FaultSet stopped;
   stopped.add(Fault::stopped);
   if (safe && tick.decision.safe_causes != stopped) dump_black_box();

@@ -85,7 +85,10 @@ void add_commands(const Fields& fields, const SystemDescription& s) {
 }
 
 void add_ladder(const Fields& fields, const SystemDescription& s) {
-  fields.add("rung", "0 fresh, 1 shifted, 2 dmpc, 3 motor, 4 safe", AT(decision.rung), true);
+  std::string rung_list;
+  for (std::size_t i = 0; i < s.rung_names.size(); ++i)
+    rung_list += fmt::format("{}{} {}", i ? ", " : "", i, s.rung_names[i]);
+  fields.add("rung", rung_list, AT(decision.rung), true);
   fields.add("plan_age", "ticks since the plan in force began", AT(decision.plan_age), true);
   fields.add_faults("faults", "seen in this tick, a bit each", AT(decision.faults), 0);
   fields.add_faults("safe_causes", "what latched SAFE, a bit each", AT(decision.safe_causes), 0);

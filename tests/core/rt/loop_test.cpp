@@ -86,7 +86,8 @@ TEST_F(LoopTest, EndsWhenToldAndTellsTheControllerWhatLeft) {
 }
 
 TEST(CommandLimits, RatesSlowTheWayOutButNeverTheWayBack) {
-  CommandLimits limits(valve_modes("two_way", {}), {8.0}, {.continuous_per_tick = 3.0, .switch_period_ticks = 5});
+  CommandLimits limits(valve_modes("two_way", {}), {8.0});
+  limits.set_rates({.continuous_per_tick = 3.0, .switch_period_ticks = 5});
   EXPECT_EQ(limits.checked({0, {8.0}}).continuous[0], 3.0);
   EXPECT_EQ(limits.checked({0, {8.0}}).continuous[0], 6.0);
   EXPECT_EQ(limits.checked({0, {0.0}}).continuous[0], 0.0);  // to rest at once
@@ -100,6 +101,19 @@ TEST(CommandLimits, RatesSlowTheWayOutButNeverTheWayBack) {
   EXPECT_EQ(limits.checked({0b0101, {0}}).switches, 0b0100u);
   EXPECT_EQ(limits.checked({0b0101, {0}}).switches, 0b0101u);
   EXPECT_EQ(limits.refused(), 0);
+}
+
+TEST(CommandLimits, WhatIsRefusedBecomesTheSafePatternWhichNoRateHoldsBack) {
+  const ModeSet modes("three", {{"a"}, {"b"}}, {{"0", 0b01}, {"+", 0b11}, {"-", 0b00}}, {0}, {{1}, {1}});
+  CommandLimits limits(modes, {}, 0b01);
+  limits.set_rates({.switch_period_ticks = 5});
+  EXPECT_EQ(limits.safe_command(), (Command{0b01, {}}));
+  EXPECT_EQ(limits.checked({0b11, {}}).switches, 0b11u);
+  EXPECT_EQ(limits.checked({0b10, {}}).switches, 0b01u);  // no pattern of the set
+  EXPECT_EQ(limits.refused(), 1);
+  EXPECT_EQ(limits.checked({0b00, {}}).switches, 0b00u);
+  EXPECT_EQ(limits.checked({0b11, {}}).switches, 0b00u);  // both were on a moment ago
+  EXPECT_EQ(limits.checked({0b01, {}}).switches, 0b01u);  // a was on a moment ago, but this is safe
 }
 
 TEST(MemoryRecorder, KeepsTheFirstTicksAndCountsTheRest) {

@@ -184,7 +184,7 @@ TEST(FaultSet, NamesWhatItHolds) {
   EXPECT_EQ(to_string(set, actuator_description()), "none");
   set.add(pressure_b_channel, SensorFault::innovation);
   set.add(position_channel, SensorFault::not_finite);
-  set.add(Fault::position_limit);
+  set.add(Fault::axis_limit);
   set.add(Fault::aborted);
   EXPECT_EQ(to_string(set, actuator_description()),
             "position not finite, pressure B innovation, position limit, aborted");

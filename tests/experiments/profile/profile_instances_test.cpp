@@ -286,6 +286,30 @@ TEST(ProfileInstances, OtherSystemsInstancesRepeatToo) {
   }
 }
 
+/// A set has no scenarios: the sampling that they gave a variant is the variant's.
+TEST(ProfileInstances, TheSamplingThatAScenarioSaidIsKept) {
+  const test::Folder folder;
+  const char* const scenario =
+      "[[scenario]]\nname = \"s\"\nsystem = \"inverter\"\ntrajectory = { kind = \"rotating\", duration_s = 0.01 }\n"
+      "timing = { tick_ms = 0.05, period_ms = 0.1 }\n";
+  const std::string variants =
+      "variants = [\"own\"]\n[variant.own]\nsystem = \"inverter\"\nhorizon = { steps = 2 }\n"
+      "solver = \"branch_and_bound\"\n";
+  const InstanceSet set = record_instances(read_campaign(folder.write("c.toml", variants + scenario)), 50);
+  const InstanceSet again = parse_instances(instance_bytes(set), "again");
+  const VariantInstances& v = again.variants.front();
+  EXPECT_EQ(v.config.timing, (Timing{5e-5, 2}));
+  const auto replay = make_replay(again, v, 1e-3);
+  std::vector<ReplaySample> samples(v.records.size());
+  replay->pass(false, samples);
+  EXPECT_EQ(replay->plans_as_recorded(), v.records.size());
+  const std::string two = "variants = [\"inverter_one_step\"]\n" + std::string(scenario) +
+                          "[[scenario]]\nname = \"t\"\nsystem = \"inverter\"\n" +
+                          "trajectory = { kind = \"rotating\", duration_s = 0.01 }\n" +
+                          "timing = { tick_ms = 0.05, period_ms = 0.05 }\n";
+  EXPECT_THROW(record_instances(read_campaign(folder.write("d.toml", two)), 50), ConfigError);
+}
+
 /// Relaxed variants start from what the plan before kept of its relaxation: with it in the record a solve repeats.
 TEST(ProfileInstances, TheRelaxationOfAWarmStartIsKept) {
   const test::Folder folder;

@@ -40,6 +40,7 @@ class Background {
   Background(const test::Folder& folder, std::vector<std::string> arguments) : errors_(folder.file(".live")) {
     arguments.insert(arguments.begin(), SOLENOID_PROGRAM);
     std::vector<char*> argv;
+    argv.reserve(arguments.size() + 1);
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
     process_ = fork();

@@ -46,7 +46,7 @@ printed   = { name = "rig", file = "table_5-2_step_np", value = "np", columns = 
 name      = "errors"
 scenarios = ["rest"]
 figures   = ["rmse_mm", "worst_rmse_mm"]
-across_payloads = true
+across_conditions = true
 only      = 60
 [[study.panel]]
 table = "step"

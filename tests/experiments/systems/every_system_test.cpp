@@ -35,7 +35,7 @@ struct Case {
 };
 
 /// In the names of tests.
-void PrintTo(const Case& c, std::ostream* out) { *out << c.system; }
+std::ostream& operator<<(std::ostream& out, const Case& c) { return out << c.system; }
 
 const Case cases[] = {
     {"actuator", R"("nine_cylinder", "thesis_pd")", "trajectory = { kind = \"sine\" }\nduration_s = 0.5\n",
@@ -44,7 +44,7 @@ const Case cases[] = {
      "trajectory = { x = { kind = \"step\", height_m = 0.1, at_s = 0.2 } }\nnoise = true\nduration_s = 3.0\n",
      "cost.air=1..100:log", "rmse_mm", "RMSE mm", "angle"},
     {"inverter", R"("inverter_one_step", "inverter_n3")", "trajectory = { kind = \"rotating\", duration_s = 0.01 }\n",
-     "cost.switching=100..10000:log", "distortion_percent", "distortion %", "current alpha"}};
+     "cost.switching=100..10000:log", "error_percent", "error %", "current alpha"}};
 
 class EverySystem : public testing::TestWithParam<Case> {};
 
@@ -175,6 +175,60 @@ TEST(Systems, OneThatIsNotThereIsRefusedWithThoseThatAre) {
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err, HasSubstr("c.toml:3"));
   EXPECT_THAT(refused.err, HasSubstr("allowed: actuator, thrusters, inverter"));
+}
+
+TEST(Systems, ARunOfNoTickOrOfTooManyIsRefused) {
+  const Folder folder;
+  for (const char* duration : {"1e-6", "3600.0"}) {
+    folder.write(
+        "c.toml",
+        "variants = [\"inverter_n3\"]\n[[scenario]]\nname = \"s\"\nsystem = \"inverter\"\ntrajectory = { kind = "
+        "\"rotating\", duration_s = 0.01 }\nduration_s = " +
+            std::string(duration) + "\n");
+    const ProgramRun refused = run_program(folder, "compare c.toml");
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.err, HasSubstr("c.toml:6: key 'duration_s'"));
+    EXPECT_THAT(refused.err, HasSubstr("allowed: 1 to 4000000 ticks"));
+  }
+}
+
+/// A short circuit's current is mostly at the load's own frequency: there is little distortion in it, and much error.
+TEST(Systems, AnInverterThatNeverSwitchesIsRankedLast) {
+  const Folder folder;
+  folder.write("c.toml",
+               "variants = [\"idle\", \"inverter_one_step\"]\n[variant.idle]\nsystem = \"inverter\"\nsolver = "
+               "\"exhaustive\"\ncost = { switching = 1e15 }\n[[scenario]]\nname = \"s\"\nsystem = "
+               "\"inverter\"\ntrajectory = { kind = \"rotating\", duration_s = 1.0 }\n");
+  const ProgramRun compared = run_program(folder, "compare c.toml --format json");
+  ASSERT_EQ(compared.exit_code, 0) << compared.err;
+  const json runs = json::parse(compared.out).at("runs");
+  EXPECT_EQ(runs.at(0).at("switches"), 0);
+  EXPECT_GT(runs.at(0).at("error_percent").get<double>(), 100.0);
+  const std::string ranked = run_program(folder, "compare c.toml").out;
+  EXPECT_LT(ranked.find("inverter_one_step"), ranked.find("idle"));
+}
+
+TEST(Systems, TheRigsNodeIsTheActuators) {
+  const Folder folder;
+  const ProgramRun refused =
+      run_program(folder, "emulator --campaign thrusters --scenario station --variant flyer_single");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("of the actuator, not of thrusters"));
+}
+
+TEST(Systems, ListsHaveTheirOwnMotionsAndParameters) {
+  const Folder folder;
+  const auto kinds = [&](const char* system) {
+    const ProgramRun listed = run_program(folder, std::string("list trajectories --format json --system ") + system);
+    const json parsed = json::parse(listed.out);
+    std::set<std::string> all;
+    for (const json& motion : parsed.at("trajectories")) all.insert(motion.at("kind"));
+    return all;
+  };
+  EXPECT_EQ(kinds("inverter"), (std::set<std::string>{"rotating"}));
+  EXPECT_EQ(kinds("thrusters"), (std::set<std::string>{"cycloidal", "sine", "step", "multi_cycloid", "csv"}));
+  EXPECT_EQ(json::parse(run_program(folder, "list parameters --format json --system inverter").out).at("parameters"),
+            json::array());
 }
 
 }  // namespace

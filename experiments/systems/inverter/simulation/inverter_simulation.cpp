@@ -6,8 +6,8 @@
 #include "experiments/plants/simulated_model.hpp"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
-#include <vector>
 
 #include <fmt/format.h>
 
@@ -25,21 +25,19 @@ struct InverterScenario {
   double current_sigma_a = 2.0;                                               ///< noise of the sensors
 };
 
-constexpr double points_a_turn = 800.0;  // of the motion: at 50 Hz one every 25 us
+constexpr double for_ever = std::numeric_limits<double>::infinity();
 
-/// A current vector of this amplitude that turns at this frequency, from angle 0, and changes its amplitude at `step_s`.
-Motion rotating_current(double amplitude_a, double after_a, double step_s, double frequency_hz, double duration_s) {
-  std::vector<double> times, alpha, beta;
-  const double table_s = 1.0 / (points_a_turn * frequency_hz);
-  const auto points = static_cast<int>(std::ceil(duration_s / table_s)) + 400;  // some way on, for the last horizons
-  for (int k = 0; k <= points; ++k) {
-    const double t = k * table_s, angle = 2 * std::numbers::pi * frequency_hz * t;
-    const double length = t < step_s ? amplitude_a : after_a;
-    times.push_back(t);
-    alpha.push_back(length * std::cos(angle));
-    beta.push_back(length * std::sin(angle));
-  }
-  return Motion({Trajectory(alpha[0]).through(times, alpha), Trajectory(beta[0]).through(times, beta)});
+/// A current vector of this amplitude that turns at this frequency, from angle 0, and changes its amplitude at `step_s`,
+/// if that is finite.
+Motion rotating_current(double amplitude_a, double after_a, double step_s, double frequency_hz) {
+  const auto axis = [&](double phase_rad) {
+    Trajectory current(0.0);
+    if (step_s > 0.0) current.harmonic(amplitude_a, frequency_hz, phase_rad, step_s);
+    if (std::isfinite(step_s))
+      current.harmonic(after_a, frequency_hz, phase_rad + 2 * std::numbers::pi * frequency_hz * step_s, for_ever);
+    return current;
+  };
+  return Motion({axis(0.0), axis(-std::numbers::pi / 2)});
 }
 
 InverterParameters plant_parameters(const InverterParameters& nominal, const InverterScenario& own) {
@@ -67,23 +65,28 @@ class InverterSimulation final : public SimulatedSystem {
       own.emf_factor = plant.number_or("emf_factor", own.emf_factor, Range::between(0.0, 2.0));
       plant.finish();
     }
-    s.noise = table.boolean_or("noise", false);
-    s.ideal_sensing = table.text_or("sensing", s.noise ? "measured" : "ideal", {"ideal", "measured"}) == "ideal";
-    if (s.noise && s.ideal_sensing) table.fail("sensing", "'ideal' has no noise (allowed: measured, or noise = false)");
+    read_sensing(table, s);
     own.current_sigma_a = table.number_or("current_sigma_a", own.current_sigma_a, Range::between(0.0, 100.0));
     TableReader trajectory = table.table("trajectory");
     s.trajectory_kind = trajectory.text_or("kind", "rotating", {"rotating"});
-    const double amplitude = trajectory.number_or("amplitude_a", InverterParameters().rated_current_a, {0.0, 1e5});
+    const double amplitude =
+        trajectory.number_or("amplitude_a", InverterParameters().rated_current_a, {0.0, 1e5, true});
     own.frequency_hz = trajectory.number_or("frequency_hz", own.frequency_hz, {0.0, 1e3, true});
     const double duration_s = trajectory.number("duration_s", {0.0, 10.0, true});
-    const double step_s = trajectory.number_or("step_at_s", 2.0 * duration_s, {0.0, 20.0});
+    const double step_s = trajectory.has("step_at_s") ? trajectory.number("step_at_s", {0.0, 20.0}) : for_ever;
     const double after = trajectory.number_or("step_to_a", amplitude, {0.0, 1e5});
+    if (std::isfinite(step_s) != trajectory.has("step_to_a"))
+      trajectory.fail("step_to_a", "goes with step_at_s (allowed: both or neither)");
     trajectory.finish();
-    s.trajectory = rotating_current(amplitude, after, step_s, own.frequency_hz, duration_s);
+    s.trajectory = rotating_current(amplitude, after, step_s, own.frequency_hz);
     s.duration_s = duration_s;
     s.setting = fmt::format("{}", own.frequency_hz);
   }
 
+  std::vector<MotionKind> motions() const override {
+    return {{"rotating", "amplitude_a, frequency_hz, duration_s, step_at_s, step_to_a",
+             "a current vector in phase with the electromotive force, its amplitude stepping once"}};
+  }
   std::span<const DrawnQuantity> quantities() const override {
     static const std::vector<DrawnQuantity> all = {{"inductance_factor", "plant.inductance_factor"},
                                                    {"resistance_factor", "plant.resistance_factor"},

@@ -48,9 +48,7 @@ class ThrustersSimulation final : public SimulatedSystem {
       own.torque_nm = plant.number_or("torque_nm", own.torque_nm, any);
       plant.finish();
     }
-    s.noise = table.boolean_or("noise", false);
-    s.ideal_sensing = table.text_or("sensing", s.noise ? "measured" : "ideal", {"ideal", "measured"}) == "ideal";
-    if (s.noise && s.ideal_sensing) table.fail("sensing", "'ideal' has no noise (allowed: measured, or noise = false)");
+    read_sensing(table, s);
     own.pose_sigma_m = table.number_or("position_sigma_m", own.pose_sigma_m, sigma);
     own.angle_sigma_rad = table.number_or("angle_sigma_rad", own.angle_sigma_rad, sigma);
     TableReader trajectory = table.table("trajectory");
