@@ -65,8 +65,8 @@ class CommandsInFlight {
   ModeSet modes_;
   SwitchTiming timing_;
   double tick_s_;
-  DelayLines lines_{0}, before_{0};
-  Command last_;
+  DelayLines lines_{modes_.safe_pattern()}, before_{lines_};
+  Command last_{modes_.safe_pattern(), {}};
   double last_time_s_ = 0.0;
   bool begun_ = false;
 };

@@ -55,8 +55,6 @@ class System {
 
   /// The variant's mode set.
   virtual ModeSet modes(const VariantConfig& variant) const = 0;
-  /// The pattern of the switches that is safe: in SAFE, before and after a run. One of the variant's modes.
-  virtual SwitchPattern safe_switches(const VariantConfig& /*variant*/) const { return 0; }
   /// The most that each continuous input may be.
   virtual std::vector<double> continuous_limits(const VariantConfig& /*variant*/) const { return {}; }
   /// The problem that a variant poses in each period, without state and reference.

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <stdexcept>
+
+#include <fmt/format.h>
 
 namespace solenoid {
 namespace {
@@ -16,6 +19,16 @@ bool finite(std::span<const double> values) {
 
 }  // namespace
 
+void require_complete(const LadderSettings& settings, const SystemDescription& system) {
+  const std::size_t channels = system.channels.size();
+  const auto refuse = [&](const char* what, std::size_t count) {
+    throw std::invalid_argument(fmt::format("ladder: {} of {} channels (allowed: one for each of the {}'s {})", what,
+                                            count, system.name, channels));
+  };
+  if (settings.plausibility.channels.size() != channels) refuse("bounds", settings.plausibility.channels.size());
+  if (!settings.limits.empty() && settings.limits.size() != channels) refuse("limits", settings.limits.size());
+}
+
 FallbackLadder::FallbackLadder(Parts parts)
     : controller_(std::move(parts.controller)),
       guard_(std::move(parts.guard)),
@@ -25,7 +38,6 @@ FallbackLadder::FallbackLadder(Parts parts)
       reference_(std::move(parts.reference)),
       axis_channels_(std::move(parts.axis_channels)),
       settings_(std::move(parts.settings)),
-      safe_pattern_(parts.safe),
       plausibility_(settings_.plausibility) {}
 
 Decision FallbackLadder::step(const Measurement& measured) noexcept {
@@ -114,7 +126,8 @@ void FallbackLadder::look_for_danger(const Measurement& measured, const Plausibi
   d.faults |= found;
   d.faults |= beyond;
   FaultSet causes = found;
-  if (!causes_.has(Fault::stopped)) {  // where a plant goes once its task has ended is no failure of the run
+  if (!causes_.has(Fault::stopped) &&
+      !causes_.has(Fault::aborted)) {  // where a plant goes once its task has ended is no failure of the run
     causes |= beyond;
     for (const std::size_t channel : settings_.needed_to_stop)
       if (verdict.failed.any(channel)) causes |= verdict.failed;
@@ -179,12 +192,12 @@ void FallbackLadder::command(Rung rung, double time_s, Decision& d) noexcept {
       d.command.switches = held_mode_;
       return;
     case Rung::backup:
-      d.command = {safe_pattern_, guard_->backup_law(d.reference, watched_)};
+      d.command = {modes_.safe_pattern(), guard_->backup_law(d.reference, watched_)};
       return;
     case Rung::safe:
       break;
   }
-  d.command = {safe_pattern_, {}};
+  d.command = {modes_.safe_pattern(), {}};
   if (time_s - safe_since_s_ < settings_.lowering_s && finite(watched_) && !refused_ &&
       !causes_.has(Fault::command_refused))
     d.command.continuous = guard_->brake(watched_);

@@ -25,13 +25,16 @@ struct LadderSettings {
   int held_slots = 200;               ///< then a few held modes
   int backup_slots = 100;             ///< then the backup law alone; also after a channel needed to plan has failed
   int longest_gap_ticks = 20;         ///< standing still for longer ends in SAFE: the node has gone there too
-  std::vector<ChannelLimits> limits;  ///< of the channels, in their order
+  std::vector<ChannelLimits> limits;  ///< of each channel, or none
   std::vector<std::size_t> needed_to_stop;  ///< channels whose failure ends in SAFE
   std::vector<std::size_t> needed_to_plan;  ///< channels without which nothing can be said about the switches
   double lowering_s = 0.0;                  ///< in SAFE: so long the continuous inputs brake the plant; 0: not
   int rearm_sound_ticks = 50;               ///< channels sound for so long before a re-arm
   PlausibilitySettings plausibility;
 };
+
+/// Throws std::invalid_argument for settings without bounds of each channel, or with limits of some.
+void require_complete(const LadderSettings& settings, const SystemDescription& system);
 
 /// What the ladder did so far.
 struct LadderCounts {
@@ -58,7 +61,6 @@ class FallbackLadder final : public Controller {
     std::vector<std::size_t> axis_channels;  ///< of each axis, the channel that measures it
     Timing timing;
     LadderSettings settings;
-    SwitchPattern safe = 0;  ///< of the switches in SAFE and under the backup law: one of the modes
   };
   explicit FallbackLadder(Parts parts);
 
@@ -95,12 +97,11 @@ class FallbackLadder final : public Controller {
   RestartableReference reference_;
   std::vector<std::size_t> axis_channels_;
   LadderSettings settings_;
-  SwitchPattern safe_pattern_;
   Plausibility plausibility_;
   StateValues watched_{};
 
-  DelayLines lines_{0};
-  Command decided_, last_left_;
+  DelayLines lines_{modes_.safe_pattern()};
+  Command decided_, last_left_{modes_.safe_pattern(), {}};
   SwitchPattern held_mode_ = 0;
   FaultSet causes_;
   LadderCounts counts_;

@@ -6,9 +6,10 @@
 
 namespace solenoid {
 
-TrackingFigures tracking_figures(std::span<const TickRecord> ticks, const SystemDescription& system, double tick_s) {
+TrackingFigures tracking_figures(std::span<const TickRecord> ticks, const SystemDescription& system, double tick_s,
+                                 SwitchPattern start) {
   TrackingFigures f;
-  SwitchPattern before = 0;
+  SwitchPattern before = start;
   for (const TickRecord& t : ticks) {
     for (std::size_t a = 0; a < system.axes.size(); ++a) {
       const double error = t.decision.reference.axis[a].value - t.sensors.truth[system.axes[a].state];

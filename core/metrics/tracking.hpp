@@ -21,7 +21,8 @@ struct TrackingFigures {
   bool finite = true;     ///< every true state that the system has was
 };
 
-/// Figures of a run; zeros for none.
-TrackingFigures tracking_figures(std::span<const TickRecord> ticks, const SystemDescription& system, double tick_s);
+/// Figures of a run whose switches stood at `start` before it; zeros for none.
+TrackingFigures tracking_figures(std::span<const TickRecord> ticks, const SystemDescription& system, double tick_s,
+                                 SwitchPattern start = 0);
 
 }  // namespace solenoid

@@ -56,7 +56,8 @@ int whole_steps(const Switch& s, const char* what, double time_s, double dt, dou
 }  // namespace
 
 ModeSet::ModeSet(std::string name, std::vector<Switch> switches, std::vector<Mode> modes, std::vector<double> offset,
-                 std::vector<std::vector<double>> gain, std::vector<SwitchPattern> one_at_a_time)
+                 std::vector<std::vector<double>> gain, std::vector<SwitchPattern> one_at_a_time,
+                 std::optional<SwitchPattern> safe)
     : name_(std::move(name)),
       switches_(std::move(switches)),
       modes_(std::move(modes)),
@@ -67,6 +68,8 @@ ModeSet::ModeSet(std::string name, std::vector<Switch> switches, std::vector<Mod
   require(gain.size() == switches_.size(), fmt::format("mode set '{}': one gain column a switch", name_));
   check_modes(name_, switches_.size(), modes_);
   check_groups(name_, switches_.size(), one_at_a_time_);
+  safe_ = safe.value_or(find(0) >= 0 ? SwitchPattern{0} : pattern(0));
+  require(find(safe_) >= 0, fmt::format("mode set '{}': the safe pattern {:b} is no mode", name_, safe_));
   const std::size_t patterns = std::size_t{1} << switches_.size();
   points_.reserve(patterns * offset_.size());
   for (std::size_t pattern = 0; pattern < patterns; ++pattern) {

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -41,13 +42,17 @@ struct Mode {
 /// switched inputs: s = offset + sum_c gain[c] b_c. The map is defined for every pattern, commanded or only passed
 /// through while edges are in flight. Pure data, immutable once built.
 ///
+/// One pattern is safe: switches stand at it before the first command, and wherever no other may be commanded.
+///
 /// Switches can be grouped: of a group, a mask of switches, at most one changes with one command. (A phase of a
 /// phase with three levels goes from + to - by way of 0.)
 class ModeSet {
  public:
-  /// gain[c] and offset have the model's switched_size entries. Throws std::invalid_argument, naming what is wrong.
+  /// gain[c] and offset have the model's switched_size entries. `safe` is one of the modes; if it is not said, every
+  /// switch off, or where that is no mode the first. Throws std::invalid_argument, naming what is wrong.
   ModeSet(std::string name, std::vector<Switch> switches, std::vector<Mode> modes, std::vector<double> offset,
-          std::vector<std::vector<double>> gain, std::vector<SwitchPattern> one_at_a_time = {});
+          std::vector<std::vector<double>> gain, std::vector<SwitchPattern> one_at_a_time = {},
+          std::optional<SwitchPattern> safe = {});
 
   /// Its name, as variants choose it.
   const std::string& name() const { return name_; }
@@ -63,6 +68,8 @@ class ModeSet {
   std::span<const SwitchPattern> one_at_a_time() const { return one_at_a_time_; }
   /// The pattern that mode `mode` commands.
   SwitchPattern pattern(int mode) const { return modes_[static_cast<std::size_t>(mode)].pattern; }
+  /// The pattern that is safe.
+  SwitchPattern safe_pattern() const { return safe_; }
   /// How many switched inputs the model has.
   std::size_t switched_size() const { return offset_.size(); }
   /// The model's switched inputs at any pattern; switched_size() numbers.
@@ -78,6 +85,7 @@ class ModeSet {
   std::vector<Mode> modes_;
   std::vector<double> offset_;
   std::vector<SwitchPattern> one_at_a_time_;
+  SwitchPattern safe_ = 0;
   std::vector<double> points_;  // switched_size numbers for each of 2^switches patterns
 };
 

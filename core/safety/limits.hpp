@@ -11,18 +11,18 @@
 
 namespace solenoid {
 
-/// These rates say how fast commands may change. Nothing holds back a change to the safe state.
+/// These rates say how fast commands may change. Nothing holds back a change to the safe state, planned or not.
 struct CommandRates {
   double continuous_per_tick = std::numeric_limits<double>::infinity();  ///< of each continuous input
   int switch_period_ticks = 0;  ///< least time from one switching-on of a switch to its next
 };
 
 /// Every command leaves through this one exit, which sees that it is finite, in range, an allowed pattern and no faster
-/// than the rates. What it refuses it replaces by the safe value (the safe pattern, input 0) or clamps, and counts.
+/// than the rates, but for the safe pattern, which no rate holds back. What it refuses it replaces by the safe value (the safe pattern, input 0) or clamps, and counts.
 class CommandLimits {
  public:
-  /// Allows the mode set's patterns, and of each continuous input magnitudes up to its limit; `safe` is one of them.
-  CommandLimits(const ModeSet& modes, const std::vector<double>& magnitudes, SwitchPattern safe = 0) : safe_(safe) {
+  /// Allows the mode set's patterns, and of each continuous input magnitudes up to its limit.
+  CommandLimits(const ModeSet& modes, const std::vector<double>& magnitudes) : safe_(modes.safe_pattern()) {
     for (const Mode& mode : modes.modes()) allowed_.set(mode.pattern);
     std::copy_n(magnitudes.begin(), std::min(magnitudes.size(), most_.size()), most_.begin());
     since_on_.fill(DelayLines::max_age);
@@ -83,7 +83,7 @@ class CommandLimits {
   ContinuousValues most_{};
   CommandRates rates_;
   SwitchPattern safe_;
-  Command last_;
+  Command last_{safe_, {}};
   std::array<int, max_switches> since_on_{};
   std::int64_t refused_ = 0, slowed_ = 0;
 };

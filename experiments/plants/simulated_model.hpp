@@ -13,7 +13,7 @@
 namespace solenoid {
 
 /// Any model as the plant: stepped once a tick, commands through the delays of its switches, channels as data. Starts at
-/// a given state with every switch off. The same seed gives the same run to the last bit.
+/// a given state with the switches at their safe pattern. The same seed gives the same run to the last bit.
 template <HybridModel M>
 class SimulatedModel final : public SimulatedPlant {
  public:
@@ -81,7 +81,7 @@ class SimulatedModel final : public SimulatedPlant {
   std::mt19937_64 random_;
   std::normal_distribution<double> normal_;
   std::vector<StateOf<M>> past_;
-  DelayLines lines_{0};
+  DelayLines lines_{modes_.safe_pattern()};
   ContinuousOf<M> continuous_{};
   std::int64_t steps_ = 0;
 };

@@ -24,6 +24,7 @@ FaultyPlant::FaultyPlant(std::unique_ptr<SimulatedPlant> plant, std::vector<Inje
       tick_s_(variant.timing.tick_s) {
   const System& system = system_.system();
   const LadderSettings usual = system.ladder(variant);
+  outputs_.switches = system.modes(variant).safe_pattern();
   std::size_t history = 1;
   for (const InjectedFault& fault : faults_) {
     if (fault.kind != "delayed") continue;

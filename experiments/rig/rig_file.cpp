@@ -120,6 +120,7 @@ void read_limits(TableReader& t, const VariantConfig& variant, RigFile& rig) {
 RigFile usual_rig(const VariantConfig& variant) {
   RigFile rig;
   rig.ladder = system_of(variant).ladder(variant);
+  require_complete(rig.ladder, system_of(variant).description());
   return rig;
 }
 

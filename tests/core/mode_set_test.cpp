@@ -220,6 +220,18 @@ TEST(Valves, MapEveryPatternToItsOpenings) {
   expect_refused([] { valve_modes("five_way", {}); }, "three_way, two_way, three_mode, seven_mode");
 }
 
+TEST(ModeSet, TheSafePatternIsAModeByDefaultEverySwitchOffOrTheFirst) {
+  const std::vector<Mode> with_off = {{"a", 0b01}, {"none", 0b00}}, without = {{"a", 0b01}, {"b", 0b10}};
+  const auto set = [](const std::vector<Mode>& modes, std::optional<SwitchPattern> safe) {
+    return ModeSet("m", {{"a"}, {"b"}}, modes, {0}, {{1}, {1}}, {}, safe);
+  };
+  EXPECT_EQ(set(with_off, {}).safe_pattern(), 0b00u);
+  EXPECT_EQ(set(without, {}).safe_pattern(), 0b01u);
+  EXPECT_EQ(set(without, 0b10).safe_pattern(), 0b10u);
+  EXPECT_EQ(set(without, 0b10).with_delays_scaled(2.0).safe_pattern(), 0b10u);
+  EXPECT_THROW(set(without, 0b11), std::invalid_argument);
+}
+
 TEST(Valves, NeverOpenSupplyAndExhaustTogetherWhileEdgesAreInFlight) {
   for (const char* name : {"two_way", "seven_mode", "three_mode"}) {
     const ModeSet modes = valve_modes(name, {});

@@ -3,7 +3,9 @@
 #include "core/systems/inverter/modes.hpp"
 #include "core/systems/inverter/signals.hpp"
 
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 
 namespace solenoid {
@@ -61,11 +63,6 @@ class InverterSystem final : public ModelSystem<InverterLoad> {
     return setup;
   }
   Vector<double, 4> rest() const override { return {100.0, 100.0, unbounded, unbounded}; }
-  /// "000", which may follow every mode; with two levels "---". Both are zero voltage, an active short circuit: the
-  /// current that the electromotive force drives then is for the machine to bear, or for a contactor to break.
-  SwitchPattern safe_switches(const VariantConfig& v) const override {
-    return v.modes == "three_level" ? inverter_modes(v.modes, inverter(v).nominal).pattern(0) : 0;
-  }
   /// Half as much again as the rated current is an overcurrent. No current moves faster than the whole link and the
   /// electromotive force together drive it through the inductance; a sensor's noise comes on top.
   LadderSettings ladder(const VariantConfig& v) const override {
@@ -74,7 +71,10 @@ class InverterSystem final : public ModelSystem<InverterLoad> {
     const double rated = p.rated_current_a, sigma = inverter(v).current_sigma_a;
     const double most = (2.0 / 3.0 * p.dc_link_v + p.emf_amplitude_v) / p.inductance_h * v.timing.tick_s;
     const double slew = slew_margin * most + 10.0 * sigma;
-    const SensorBounds current{-2.0 * rated, 2.0 * rated, -3.0 * rated, 3.0 * rated, 1.0, slew, sigma};
+    const double shorted =
+        p.emf_amplitude_v / std::hypot(p.resistance_ohm, 2 * std::numbers::pi * p.emf_frequency_hz * p.inductance_h);
+    const double range = 2.0 * rated + 2.0 * shorted;  // with what remains of a direct current in a short circuit
+    const SensorBounds current{-range, range, -1.5 * range, 1.5 * range, 1.0, slew, sigma};
     settings.plausibility.channels = {current, current};
     settings.limits = {{.low = -1.5 * rated, .high = 1.5 * rated}, {.low = -1.5 * rated, .high = 1.5 * rated}};
     settings.needed_to_stop = {0, 1};

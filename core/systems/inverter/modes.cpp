@@ -37,7 +37,8 @@ ModeSet three_level(const InverterParameters& p) {
           combined({{'0', 0b01}, {'+', 0b11}, {'-', 0b00}}, 2),
           {-1, -1, -1},
           {{1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 1}},
-          {0b000011, 0b001100, 0b110000}};
+          {0b000011, 0b001100, 0b110000},
+          0b010101};
 }
 
 ModeSet two_level(const InverterParameters& p) {

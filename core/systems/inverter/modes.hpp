@@ -19,7 +19,8 @@ const std::vector<std::string>& inverter_configurations();
 ///                   switch changes of a command are |u[k] - u[k-1]|_1 = |u[k] - u[k-1]|_2^2.
 ///     two_level     one gate signal a phase, level = 2 signal - 1, 8 modes
 ///
-/// Mode 0 of three_level is "000", which may follow every mode. Switches are numbered phase by phase, lower first.
+/// Mode 0 of three_level is "000", which may follow every mode and is the safe one, as "---" is of two_level: zero voltage,
+/// an active short circuit, whose current is for the machine to bear or for a contactor to break. Switches are numbered phase by phase, lower first.
 /// Throws std::invalid_argument for another name.
 ModeSet inverter_modes(const std::string& configuration, const InverterParameters& parameters = {});
 

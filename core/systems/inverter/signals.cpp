@@ -59,10 +59,11 @@ const SystemDescription& inverter_description() {
   return description;
 }
 
-Metrics evaluate_inverter_run(std::span<const TickRecord> ticks, double tick_s, int devices, double deadline_us) {
+Metrics evaluate_inverter_run(std::span<const TickRecord> ticks, double tick_s, const ModeSet& modes,
+                              double deadline_us) {
   Metrics m;
   for (const MetricColumn& metric : inverter_description().metrics) m[metric.key] = 0.0;
-  const TrackingFigures f = tracking_figures(ticks, inverter_description(), tick_s);
+  const TrackingFigures f = tracking_figures(ticks, inverter_description(), tick_s, modes.safe_pattern());
   m.finite = f.finite;
   if (ticks.empty()) return m;
   using Complex = std::complex<double>;
@@ -84,6 +85,7 @@ Metrics evaluate_inverter_run(std::span<const TickRecord> ticks, double tick_s, 
   m["rmse_a"] = std::hypot(f.axis[0].rms, f.axis[1].rms);
   if (power > 0) m["error_percent"] = 100.0 * m["rmse_a"] / std::sqrt(power / n);
   if (power > 0) m["distortion_percent"] = 100.0 * std::sqrt(rest / power);
+  const int devices = 2 * modes.switch_count();
   m["switching_hz"] = f.switches / (devices * f.duration_s);
   m["switches"] = f.switches;
   add_solves(ticks, deadline_us, m);

@@ -11,8 +11,7 @@ namespace solenoid {
 /// The inverter as everything above the solvers knows it. Tick and period are 25 us.
 const SystemDescription& inverter_description();
 
-/// Evaluates a run of it; a solve that took longer than `deadline_us` is a miss. `devices`:
-/// of the inverter, twelve with three levels, six with two. With i the true current and r the
+/// Evaluates a run of it with one of its mode sets; a solve that took longer than `deadline_us` is a miss. With i the true current and r the
 /// desired one as complex numbers alpha + j beta:
 ///
 /// error_percent        100 rms |i - r| / rms |r|
@@ -21,8 +20,10 @@ const SystemDescription& inverter_description();
 ///                      the demand being the desired current). That share's amplitude and phase are not in it: a current
 ///                      that is no answer to r at all may have little of it
 /// rmse_a, largest_a    |i - r|
-/// switching_hz         of one device, how often a second it turns on: of a change of a gate signal one turns on
+/// switching_hz         of one device, how often a second it turns on. A gate signal drives two, of which one turns on
+///                      with each of its changes
 /// switches             changes of a gate signal
-Metrics evaluate_inverter_run(std::span<const TickRecord> ticks, double tick_s, int devices, double deadline_us);
+Metrics evaluate_inverter_run(std::span<const TickRecord> ticks, double tick_s, const ModeSet& modes,
+                              double deadline_us);
 
 }  // namespace solenoid

@@ -104,15 +104,17 @@ TEST(CommandLimits, RatesSlowTheWayOutButNeverTheWayBack) {
 }
 
 TEST(CommandLimits, WhatIsRefusedBecomesTheSafePatternWhichNoRateHoldsBack) {
-  const ModeSet modes("three", {{"a"}, {"b"}}, {{"0", 0b01}, {"+", 0b11}, {"-", 0b00}}, {0}, {{1}, {1}});
-  CommandLimits limits(modes, {}, 0b01);
+  const ModeSet modes("three", {{"a"}, {"b"}}, {{"0", 0b01}, {"+", 0b11}, {"-", 0b00}}, {0}, {{1}, {1}}, {}, 0b01);
+  CommandLimits limits(modes, {});
   limits.set_rates({.switch_period_ticks = 5});
   EXPECT_EQ(limits.safe_command(), (Command{0b01, {}}));
   EXPECT_EQ(limits.checked({0b11, {}}).switches, 0b11u);
   EXPECT_EQ(limits.checked({0b10, {}}).switches, 0b01u);  // no pattern of the set
   EXPECT_EQ(limits.refused(), 1);
   EXPECT_EQ(limits.checked({0b00, {}}).switches, 0b00u);
-  EXPECT_EQ(limits.checked({0b11, {}}).switches, 0b00u);  // both were on a moment ago
+  EXPECT_EQ(limits.checked({0b00, {}}).switches, 0b00u);
+  EXPECT_EQ(limits.checked({0b11, {}}).switches, 0b01u);  // b was on a moment ago
+  EXPECT_EQ(limits.checked({0b00, {}}).switches, 0b00u);
   EXPECT_EQ(limits.checked({0b01, {}}).switches, 0b01u);  // a was on a moment ago, but this is safe
 }
 

@@ -32,7 +32,7 @@ constexpr double for_ever = std::numeric_limits<double>::infinity();
 Motion rotating_current(double amplitude_a, double after_a, double step_s, double frequency_hz) {
   const auto axis = [&](double phase_rad) {
     Trajectory current(0.0);
-    if (step_s > 0.0) current.harmonic(amplitude_a, frequency_hz, phase_rad, step_s);
+    current.harmonic(amplitude_a, frequency_hz, phase_rad, step_s);
     if (std::isfinite(step_s))
       current.harmonic(after_a, frequency_hz, phase_rad + 2 * std::numbers::pi * frequency_hz * step_s, for_ever);
     return current;
@@ -73,7 +73,7 @@ class InverterSimulation final : public SimulatedSystem {
         trajectory.number_or("amplitude_a", InverterParameters().rated_current_a, {0.0, 1e5, true});
     own.frequency_hz = trajectory.number_or("frequency_hz", own.frequency_hz, {0.0, 1e3, true});
     const double duration_s = trajectory.number("duration_s", {0.0, 10.0, true});
-    const double step_s = trajectory.has("step_at_s") ? trajectory.number("step_at_s", {0.0, 20.0}) : for_ever;
+    const double step_s = trajectory.has("step_at_s") ? trajectory.number("step_at_s", {0.0, 20.0, true}) : for_ever;
     const double after = trajectory.number_or("step_to_a", amplitude, {0.0, 1e5});
     if (std::isfinite(step_s) != trajectory.has("step_to_a"))
       trajectory.fail("step_to_a", "goes with step_at_s (allowed: both or neither)");
@@ -115,8 +115,7 @@ class InverterSimulation final : public SimulatedSystem {
 
   Metrics evaluate(const VariantConfig& v, const ScenarioConfig&, std::span<const TickRecord> ticks,
                    const Consumed&) const override {
-    const int devices = v.modes == "three_level" ? 12 : 6;
-    return evaluate_inverter_run(ticks, v.timing.tick_s, devices, 1e6 * v.timing.period_s());
+    return evaluate_inverter_run(ticks, v.timing.tick_s, system().modes(v), 1e6 * v.timing.period_s());
   }
 };
 
