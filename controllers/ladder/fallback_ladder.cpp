@@ -126,8 +126,8 @@ void FallbackLadder::look_for_danger(const Measurement& measured, const Plausibi
   d.faults |= found;
   d.faults |= beyond;
   FaultSet causes = found;
-  if (!causes_.has(Fault::stopped) &&
-      !causes_.has(Fault::aborted)) {  // where a plant goes once its task has ended is no failure of the run
+  const bool ended = causes_.has(Fault::stopped) || causes_.has(Fault::aborted);
+  if (!ended) {  // where the plant goes afterwards is no failure of the run
     causes |= beyond;
     for (const std::size_t channel : settings_.needed_to_stop)
       if (verdict.failed.any(channel)) causes |= verdict.failed;

@@ -17,8 +17,9 @@ struct CommandRates {
   int switch_period_ticks = 0;  ///< least time from one switching-on of a switch to its next
 };
 
-/// Every command leaves through this one exit, which sees that it is finite, in range, an allowed pattern and no faster
-/// than the rates, but for the safe pattern, which no rate holds back. What it refuses it replaces by the safe value (the safe pattern, input 0) or clamps, and counts.
+/// Every command leaves through this one exit, which sees that it is finite, in range, an allowed pattern and, but for the
+/// safe pattern, no faster than the rates. What it refuses it replaces by the safe value (the safe pattern, input 0) or
+/// clamps, and counts.
 class CommandLimits {
  public:
   /// Allows the mode set's patterns, and of each continuous input magnitudes up to its limit.

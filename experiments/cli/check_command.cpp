@@ -1,5 +1,4 @@
 #include "controllers/factory.hpp"
-#include "controllers/systems/actuator/actuator_guard.hpp"
 #include "controllers/systems/actuator/actuator_variant.hpp"
 #include "core/config/reader.hpp"
 #include "core/systems/actuator/signals.hpp"

@@ -1,4 +1,4 @@
-#include "controllers/systems/actuator/actuator_guard.hpp"
+#include "controllers/systems/actuator/actuator_variant.hpp"
 #include "core/config/reader.hpp"
 #include "core/rt/process_setup.hpp"
 #include "core/systems/actuator/signals.hpp"

@@ -57,6 +57,7 @@ TEST_P(RandomLines, AgreeWithAListOfScheduledEdges) {
   const auto start = static_cast<SwitchPattern>(below(1 << n));
   DelayLines lines(start);
   std::vector<NaiveLine> naive;
+  naive.reserve(static_cast<std::size_t>(n));
   for (int c = 0; c < n; ++c) naive.emplace_back((start >> c) & 1u);
   const auto effective = [&](int ahead) {
     SwitchPattern pattern = 0;
@@ -121,7 +122,8 @@ void expect_refused(const std::function<void()>& make, const std::string& words)
 }
 
 TEST(ModeSet, RefusesWhatIsWrongByName) {
-  const auto build = [](std::vector<Switch> s, std::vector<Mode> m, std::vector<std::vector<double>> gain) {
+  const auto build = [](const std::vector<Switch>& s, const std::vector<Mode>& m,
+                        const std::vector<std::vector<double>>& gain) {
     return [=] { ModeSet("m", s, m, {0.0}, gain); };
   };
   expect_refused(build(std::vector<Switch>(9), {{"a", 0}}, std::vector<std::vector<double>>(9, {1.0})), "9 switches");
@@ -130,10 +132,10 @@ TEST(ModeSet, RefusesWhatIsWrongByName) {
   expect_refused(build({{"s"}}, {{"a", 1}, {"b", 1}}, {{1.0}}), "'a' and 'b' are the same");
   expect_refused(build({{"s"}}, {{"a", 0}}, {}), "one gain column");
   expect_refused(build({{"s"}}, {{"a", 0}}, {{1.0, 2.0}}), "gain of switch 's' needs 1");
-  const auto timing = [](Switch s) {
+  const auto timing = [](const Switch& s) {
     return [=] { SwitchTiming(ModeSet("m", {s}, {{"a", 0}}, {0.0}, {{1.0}}), 1e-3); };
   };
-  const auto grouped = [](std::vector<SwitchPattern> groups) {
+  const auto grouped = [](const std::vector<SwitchPattern>& groups) {
     return [=] { ModeSet("m", {{"s"}, {"t"}}, {{"a", 0}}, {0.0}, {{1.0}, {1.0}}, groups); };
   };
   expect_refused(grouped({4 | 1}), "a group has a switch beyond the 2");

@@ -158,7 +158,7 @@ async function brief() {
   check(labels.length === 3 && labels.every((label) => / ms: /.test(label)), `a plot a panel, times in milliseconds: ${labels}`);
   check((await evaluate(`getComputedStyle(document.getElementById("choices")).display`)) === "none", "no list of choices where there are none");
   check((await evaluate(`document.querySelectorAll("#pareto svg").length`)) === 1, "a Pareto plot an effort");
-  check((await column("ranked", "Distortion")).length > 0, "the ranking has the judged metric's heading");
+  check((await column("ranked", "Error")).length > 0, "the ranking has the judged metric's heading");
   check((await evaluate(`document.querySelectorAll("#run-table tbody tr").length`)) > 0, "runs have their line");
   for (let i = 0; i < 20; ++i) await click("#zoom-in");
   const { from, to } = await curves();
