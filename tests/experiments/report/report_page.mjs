@@ -205,5 +205,13 @@ clearTimeout(limit);
 await Promise.race([call("Browser.close").catch(() => {}), pause(3000)]);
 browser.kill("SIGKILL");
 await Promise.race([new Promise((done) => browser.on("exit", done)), pause(2000)]);
-rmSync(profile, { recursive: true, force: true, maxRetries: 5 });
+// Children of a browser that was killed may write into its folder for a moment yet: that is no failure of the page.
+for (let tries = 0; tries < 20; ++tries) {
+  try {
+    rmSync(profile, { recursive: true, force: true });
+    break;
+  } catch {
+    await pause(200);
+  }
+}
 process.exit(code);
