@@ -118,11 +118,7 @@ constexpr double most_ticks = 4e6;  // of a run, all of which are kept until it 
 /// What a variant cannot be in a scenario.
 void check_pair(const ScenarioConfig& scenario, const VariantConfig& variant, const Document& document) {
   const auto where = [&](const char* key) { return document.where(document.path() + "." + key); };
-  if (scenario.system != variant.system)
-    throw ConfigError(
-        fmt::format("{}: key 'system': scenario '{}' is of {}, variant '{}' of {} (allowed: scenarios and "
-                    "variants of one system)",
-                    where("system"), scenario.name, scenario.system->name(), variant.name, variant.system->name()));
+  require_one_system(variant, scenario, where("system"));
   const VariantConfig v = told(variant, scenario, where("timing"));
   const double ticks = scenario.duration_s / v.timing.tick_s;
   if (!(ticks >= 1.0) || ticks > most_ticks)

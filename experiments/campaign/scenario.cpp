@@ -58,12 +58,16 @@ void read_sensing(TableReader& table, ScenarioConfig& s) {
   if (s.noise && s.ideal_sensing) table.fail("sensing", "'ideal' has no noise (allowed: measured, or noise = false)");
 }
 
-VariantConfig told(VariantConfig variant, const ScenarioConfig& scenario, const std::string& where) {
+void require_one_system(const VariantConfig& variant, const ScenarioConfig& scenario, const std::string& where) {
   if (&system_of(variant) != &system_of(scenario))
     throw ConfigError(
-        fmt::format("variant '{}' is of {}, scenario '{}' of {} (allowed: scenarios and variants of one "
-                    "system)",
-                    variant.name, system_of(variant).name(), scenario.name, system_of(scenario).name()));
+        fmt::format("{}: key 'system': scenario '{}' is of {}, variant '{}' of {} (allowed: scenarios and variants of "
+                    "one system)",
+                    where, scenario.name, system_of(scenario).name(), variant.name, system_of(variant).name()));
+}
+
+VariantConfig told(VariantConfig variant, const ScenarioConfig& scenario, const std::string& where) {
+  require_one_system(variant, scenario, where);
   variant = timed(std::move(variant), scenario.timing, where);
   system_of(variant).tell(variant, scenario.setting);
   return variant;

@@ -37,6 +37,9 @@ void read_motion(TableReader& trajectory, const SystemDescription& system, const
 /// noise always "measured".
 void read_sensing(TableReader& table, ScenarioConfig& scenario);
 
+/// Throws ConfigError, `where` being what is refused, for a variant of another system.
+void require_one_system(const VariantConfig& variant, const ScenarioConfig& scenario, const std::string& where);
+
 /// The variant as it runs in the scenario: sampling, and what the task tells it. Throws ConfigError if they are of two
 /// systems or, `where` being the scenario's timing, that does not fit.
 VariantConfig told(VariantConfig variant, const ScenarioConfig& scenario, const std::string& where);

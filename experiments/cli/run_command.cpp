@@ -255,9 +255,8 @@ void add_run(CLI::App& app, int& exit_code) {
   add_plant_options(*command, *options);
   add_realtime_options(*command, *options);
   command->footer(
-      "Ctrl-C stops safely: the system's safe command (coils off, motor 0 N), then the log is closed. Exit codes: 0 "
-      "ended "
-      "as told, 1 ended in SAFE or without its log, 2 refused, 130 interrupted.");
+      "Ctrl-C stops safely: the system's safe command (coils off, motor 0 N), then the log is closed. "
+      "Exit codes: 0 ended as told, 1 ended in SAFE or without its log, 2 refused, 130 interrupted.");
   command->callback([options, &exit_code] { exit_code = run(*options); });
 }
 

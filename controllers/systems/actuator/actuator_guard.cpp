@@ -69,28 +69,22 @@ ContinuousValues ActuatorGuard::brake(const StateValues& state) const noexcept {
   return {model_.saturated_motor_force(-braking_n_s_m * state[velocity])};
 }
 
-LadderSettings actuator_ladder() {
+LadderSettings actuator_ladder(const ActuatorParameters& p) {
+  constexpr double margin_pa = 50e3;
   SensorBounds position{-0.0095, 0.1095, -0.01, 0.11, 3e-5, 2.5e-3, 3e-5};
   position.stuck_ticks = 100;
   SensorBounds pressure{60e3, 310e3, 101325.0 - 210e3, 101325.0 + 210e3, 1e3, 30e3, 150.0};
   pressure.stuck_change = 25e3;
+  pressure.supply_low = p.atmospheric_pressure_pa - margin_pa;
+  pressure.supply_high = p.supply_pressure_pa + margin_pa;
   LadderSettings settings;
   settings.plausibility.channels = {position, pressure, pressure};
-  bound_by_supply(settings.plausibility, ActuatorParameters());
   settings.limits = {{.low = -0.005, .high = 0.1085, .fault = Fault::axis_limit},
                      {.high = 305e3, .fault = Fault::channel_limit},
                      {.high = 305e3, .fault = Fault::channel_limit}};
   settings.needed_to_stop = {position_channel};
   settings.needed_to_plan = {pressure_a_channel, pressure_b_channel};
   return settings;
-}
-
-void bound_by_supply(PlausibilitySettings& settings, const ActuatorParameters& p) {
-  constexpr double margin_pa = 50e3;
-  for (const std::size_t channel : pressure_channels) {
-    settings.channels[channel].supply_low = p.atmospheric_pressure_pa - margin_pa;
-    settings.channels[channel].supply_high = p.supply_pressure_pa + margin_pa;
-  }
 }
 
 }  // namespace solenoid

@@ -40,11 +40,8 @@ class ActuatorGuard final : public Guard {
 };
 
 /// Limits of the ladder for the thesis's rig: potentiometer on 13 bits over -10..110 mm, pressures behind a 50 Hz Bessel
-/// filter on 13 bits over +-210 kPa gauge.
-LadderSettings actuator_ladder();
-
-/// Pressures beyond what lies between these atmosphere and supply, but for compression by the slide's own motion, are
-/// not plausible for long.
-void bound_by_supply(PlausibilitySettings& settings, const ActuatorParameters& parameters);
+/// filter on 13 bits over +-210 kPa gauge. Pressures beyond what lies between the parameters' atmosphere and supply, but
+/// for compression by the slide's own motion, are not plausible for long.
+LadderSettings actuator_ladder(const ActuatorParameters& parameters = {});
 
 }  // namespace solenoid

@@ -150,11 +150,7 @@ class ActuatorSystem final : public System {
     if (actuator(v).hybrid()) motor = actuator(v).motor_gains;
     return std::make_unique<ActuatorGuard>(make_model<PneumaticActuator>(v), modes(v), motor, v.timing.tick_s);
   }
-  LadderSettings ladder(const VariantConfig& v) const override {
-    LadderSettings settings = actuator_ladder();
-    bound_by_supply(settings.plausibility, actuator(v).nominal);
-    return settings;
-  }
+  LadderSettings ladder(const VariantConfig& v) const override { return actuator_ladder(actuator(v).nominal); }
 };
 
 }  // namespace
