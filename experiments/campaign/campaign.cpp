@@ -50,7 +50,7 @@ class Carrier {
     const std::filesystem::path file(path);
     std::string stem = file.stem().string();
     if (const std::string tail = "-" + hash; stem.ends_with(tail)) stem.resize(stem.size() - tail.size());
-    const std::string name = fmt::format("inputs/{}-{}{}", stem, hash, file.extension().string());
+    std::string name = fmt::format("inputs/{}-{}{}", stem, hash, file.extension().string());
     if (std::none_of(inputs_.begin(), inputs_.end(), [&](const InputFile& f) { return f.name == name; }))
       inputs_.push_back({name, content});
     return name;

@@ -1,4 +1,5 @@
 #include "controllers/catalogue.hpp"
+#include "controllers/factory.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/interrupt.hpp"
