@@ -69,6 +69,7 @@ std::vector<Experiment> chosen_experiments(const IdentifyArguments& options) {
       options.experiments.empty() ? shipped_experiments() : read_experiments_file(options.experiments);
   if (options.only.empty()) return all;
   std::vector<std::string> names;
+  names.reserve(all.size());
   for (const Experiment& e : all) names.push_back(e.name);
   for (const std::string& name : options.only)
     if (std::ranges::find(names, name) == names.end())
