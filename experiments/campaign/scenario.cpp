@@ -52,10 +52,14 @@ void read_motion(TableReader& trajectory, const SystemDescription& system, const
   s.duration_s = s.trajectory.duration_s();
 }
 
-void read_sensing(TableReader& table, ScenarioConfig& s) {
+std::string read_sensing(TableReader& table, ScenarioConfig& s, const std::vector<std::string>& own) {
+  std::vector<std::string> allowed = {"ideal", "measured"};
+  allowed.insert(allowed.end(), own.begin(), own.end());
   s.noise = table.boolean_or("noise", false);
-  s.ideal_sensing = table.text_or("sensing", s.noise ? "measured" : "ideal", {"ideal", "measured"}) == "ideal";
+  std::string sensing = table.text_or("sensing", s.noise ? "measured" : "ideal", allowed);
+  s.ideal_sensing = sensing == "ideal";
   if (s.noise && s.ideal_sensing) table.fail("sensing", "'ideal' has no noise (allowed: measured, or noise = false)");
+  return sensing;
 }
 
 void require_one_system(const VariantConfig& variant, const ScenarioConfig& scenario, const std::string& where) {

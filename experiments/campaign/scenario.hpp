@@ -33,9 +33,9 @@ ScenarioConfig read_scenario(TableReader& table);
 void read_motion(TableReader& trajectory, const SystemDescription& system, const AxisValues& starts,
                  ScenarioConfig& scenario);
 
-/// Reads whether channels are noisy, `noise`, and whether controllers read the true state, `sensing`: "ideal", or with
-/// noise always "measured".
-void read_sensing(TableReader& table, ScenarioConfig& scenario);
+/// Reads whether channels are noisy, `noise`, and whether controllers read the true state, `sensing`: "ideal", which has
+/// no noise, "measured", or another of the system's `own`. Returns `sensing`.
+std::string read_sensing(TableReader& table, ScenarioConfig& scenario, const std::vector<std::string>& own = {});
 
 /// Throws ConfigError, `where` being what is refused, for a variant of another system.
 void require_one_system(const VariantConfig& variant, const ScenarioConfig& scenario, const std::string& where);

@@ -180,11 +180,13 @@ VariantConfig timed_alike(const Campaign& campaign, const VariantConfig& v) {
 InstanceSet with_motions(const Campaign& campaign) {
   InstanceSet set;
   int steps = 0, period = 0;
+  double tick_s = 0.0;  // every variant's
   for (const VariantConfig& v : campaign.variants) {
+    const Timing timing = timed_alike(campaign, v).timing;
     steps = std::max(steps, v.horizon.steps);
-    period = std::max(period, timed_alike(campaign, v).timing.ticks_per_period);
+    period = std::max(period, timing.ticks_per_period);
+    tick_s = timing.tick_s;
   }
-  const double tick_s = timed_alike(campaign, campaign.variants.front()).timing.tick_s;
   for (const ScenarioConfig& s : campaign.scenarios) set.motions.push_back(motion_of(s, tick_s, steps + period + 1));
   return set;
 }

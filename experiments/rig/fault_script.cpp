@@ -15,13 +15,15 @@ namespace {
 
 struct Kind {
   std::string target, name, unit;  ///< unit of its value; empty: it has none
+  bool below_zero = false;         ///< whether its value may be
 };
 
 /// What a system's script may say; the target "sensor" stands for each measured channel.
 std::vector<Kind> kinds_of(const SimulatedSystem& system) {
   std::vector<Kind> kinds = {
-      {"sensor", "off", ""},           {"sensor", "stuck", ""}, {"sensor", "garbage", ""},
-      {"sensor", "offset", "VALUE"},   {"sensor", "slow", "S"}, {"sensor", "delayed", "S"},
+      {"sensor", "off", ""},           {"sensor", "stuck", ""},
+      {"sensor", "garbage", ""},       {"sensor", "offset", "VALUE", true},
+      {"sensor", "slow", "S"},         {"sensor", "delayed", "S"},
       {"sensor", "intermittent", "S"},
   };
   for (const ActuationFault& fault : system.actuation_faults()) kinds.push_back({fault.target, fault.kind, ""});
@@ -86,7 +88,7 @@ InjectedFault parse_fault(const std::string& text, const SimulatedSystem& system
     const bool wants = !k.unit.empty();
     if (wants != value.has_value()) script.refuse(wants ? "says no value" : "takes no value");
     if (value) fault.value = number(script, *value, "value");
-    if (fault.value < 0 && k.unit != "VALUE") script.refuse(fmt::format("{} is below 0", *value));
+    if (fault.value < 0 && !k.below_zero) script.refuse(fmt::format("{} is below 0", *value));
     return fault;
   }
   script.refuse("is not known");
@@ -94,6 +96,7 @@ InjectedFault parse_fault(const std::string& text, const SimulatedSystem& system
 
 std::vector<InjectedFault> parse_faults(const std::vector<std::string>& texts, const SimulatedSystem& system) {
   std::vector<InjectedFault> faults;
+  faults.reserve(texts.size());
   for (const std::string& text : texts) faults.push_back(parse_fault(text, system));
   return faults;
 }

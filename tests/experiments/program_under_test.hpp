@@ -63,6 +63,14 @@ inline ProgramRun run_program(const Folder& folder, const std::string& arguments
           text_of(folder.file(".err"))};
 }
 
+/// What the program says to arguments that it must refuse: exit code 2, nothing on standard output.
+inline std::string refusal_of(const Folder& folder, const std::string& arguments) {
+  const ProgramRun run = run_program(folder, arguments);
+  EXPECT_EQ(run.exit_code, 2) << arguments;
+  EXPECT_EQ(run.out, "") << arguments;
+  return run.err;
+}
+
 /// Runs the program without a shell; `path` replaces PATH and `output` the captured standard output when not empty.
 inline ProgramRun run_program(std::vector<std::string> arguments, const std::string& path = "",
                               const std::string& output = "") {
@@ -70,6 +78,7 @@ inline ProgramRun run_program(std::vector<std::string> arguments, const std::str
   const std::string out = output.empty() ? (folder / "out").string() : output, err = folder / "err";
   arguments.insert(arguments.begin(), SOLENOID_PROGRAM);
   std::vector<char*> argv;
+  argv.reserve(arguments.size() + 1);
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
   const pid_t child = fork();

@@ -1,8 +1,8 @@
-#include "experiments/base/embedded.hpp"
 #include "experiments/report/page.hpp"
 #include "experiments/report/report_data.hpp"
 #include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
 #include "experiments/systems/actuator/simulation/thesis_cell.hpp"
+#include "tests/experiments/needs_uplot.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <fmt/format.h>
@@ -14,10 +14,6 @@ namespace {
 
 using nlohmann::ordered_json;
 using testing::HasSubstr;
-
-#define NEEDS_UPLOT()                                   \
-  if (embedded_text("uplot/uPlot.iife.min.js").empty()) \
-  GTEST_SKIP() << "needs uPlot at build time: apt-get install npm, npm ci in the project's folder, build again"
 
 std::size_t count(const std::string& text, const std::string& part) {
   std::size_t n = 0;
@@ -211,11 +207,9 @@ TEST(Report, DrawsEveryFigureForAPaper) {
 TEST(Report, BadFoldersAreRefusedByName) {
   const test::Folder folder;
   const auto refused = [&](const std::string& arguments, const std::string& named) {
-    const test::ProgramRun run = test::run_program(folder, "report " + arguments);
-    EXPECT_EQ(run.exit_code, 2) << arguments;
-    EXPECT_THAT(run.err, HasSubstr(named));
-    EXPECT_THAT(run.err, HasSubstr("allowed"));
-    EXPECT_EQ(run.out, "");
+    const std::string told = test::refusal_of(folder, "report " + arguments);
+    EXPECT_THAT(told, HasSubstr(named));
+    EXPECT_THAT(told, HasSubstr("allowed"));
   };
   const auto fresh = [&] {
     std::filesystem::remove_all(folder.file("r"));

@@ -23,15 +23,11 @@ void read_actuator_scenario(TableReader& table, ScenarioConfig& s) {
     TableReader mismatch = table.table("mismatch");
     p.mismatch = read_mismatch(mismatch);
   }
-  s.noise = table.boolean_or("noise", false);
   if (table.has("noise_factor")) {
     if (p.plant != "twin") table.fail("noise_factor", "only the twin's sensors have it (allowed: plant = \"twin\")");
     p.twin.sensing.scale_noise(table.number("noise_factor", Range::between(0.0, 10.0)));
   }
-  const std::string sensing = table.text_or("sensing", s.noise ? "measured" : "ideal", {"ideal", "measured", "chain"});
-  s.ideal_sensing = sensing == "ideal";
-  p.sensing_chain = sensing == "chain";
-  if (s.noise && s.ideal_sensing) table.fail("sensing", "'ideal' has no noise (allowed: measured, or noise = false)");
+  p.sensing_chain = read_sensing(table, s, {"chain"}) == "chain";
   if (table.has("kick")) {
     TableReader kick = table.table("kick");
     p.kick = {kick.number("at_s", Range::non_negative()), kick.number("speed_m_s", Range::between(-5.0, 5.0))};

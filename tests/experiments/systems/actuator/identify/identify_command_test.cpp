@@ -42,11 +42,7 @@ TEST(IdentifyCommand, SaysWhatTheThesissTablesTell) {
 
 TEST(IdentifyCommand, RefusesByName) {
   const Folder folder;
-  const auto complaint = [&](const std::string& arguments) {
-    const ProgramRun run = run_program(folder, arguments);
-    EXPECT_EQ(run.exit_code, 2) << arguments;
-    return run.err;
-  };
+  const auto complaint = [&](const std::string& arguments) { return test::refusal_of(folder, arguments); };
   EXPECT_THAT(complaint("identify --only shake"), HasSubstr("breakaway"));
   EXPECT_THAT(complaint("identify --base mine"), HasSubstr("consistent"));
   EXPECT_THAT(complaint("identify --mismatch friction=-1"), HasSubstr("friction"));
