@@ -1,11 +1,11 @@
 #include "controllers/instances/instance_set.hpp"
 #include "core/config/reader.hpp"
+#include "core/config/whole_file.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <fstream>
-#include <iterator>
+#include <new>
 #include <span>
 
 #include <fmt/format.h>
@@ -337,10 +337,14 @@ std::string instance_bytes(const InstanceSet& set) {
 InstanceSet parse_instances(std::string_view bytes, const std::string& name) {
   std::uint32_t version = 0;
   Reader in = opened(bytes, name, version);
-  InstanceSet set;
-  body(in, version, set);
-  in.require(in.done(), "more bytes than the set has (allowed: nothing behind the last record)");
-  return set;
+  try {
+    InstanceSet set;
+    body(in, version, set);
+    in.require(in.done(), "more bytes than the set has (allowed: nothing behind the last record)");
+    return set;
+  } catch (const std::bad_alloc&) {
+    in.fail("does not fit into memory (allowed: fewer records)");
+  }
 }
 
 VariantConfig told(VariantConfig variant, const RecordedMotion& motion) {
@@ -349,11 +353,9 @@ VariantConfig told(VariantConfig variant, const RecordedMotion& motion) {
 }
 
 InstanceSet read_instances(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  if (!file.is_open() || file.bad())
-    throw ConfigError(fmt::format("{}: cannot be read (allowed: a readable instance file)", path));
-  return parse_instances(bytes, path);
+  const auto bytes = read_whole_file(path, file_size::instances);
+  if (!bytes) throw ConfigError(fmt::format("{}: cannot be read (allowed: a readable instance file)", path));
+  return parse_instances(*bytes, path);
 }
 
 }  // namespace solenoid

@@ -1,9 +1,9 @@
 #include "core/config/document.hpp"
 
 #include "core/config/reader.hpp"
+#include "core/config/whole_file.hpp"
 
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <sstream>
 
@@ -11,16 +11,6 @@
 
 namespace solenoid {
 namespace {
-
-std::optional<std::string> text_of(const std::string& path) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) return std::nullopt;
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  if (in && in.peek() != std::ifstream::traits_type::eof()) text << in.rdbuf();
-  if (!in.is_open() || in.bad()) return std::nullopt;
-  return text.str();
-}
 
 void note_origins(const toml::node& node, const std::string& path, const std::string& file,
                   std::map<std::string, std::string>& origins) {
@@ -56,7 +46,7 @@ Document Document::from_file(const std::string& path) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored))
     throw ConfigError(fmt::format("{}: is a folder (allowed: a readable TOML file)", path));
-  const auto text = text_of(path);
+  const auto text = read_whole_file(path, file_size::configuration);
   if (!text) throw ConfigError(fmt::format("{}: cannot be read (allowed: a readable TOML file)", path));
   return from_text(*text, path);
 }
@@ -96,7 +86,7 @@ void Document::comes_from(const std::string& path, const Document& other, const 
 
 std::optional<std::string> Document::linked(const std::string& file) const {
   const auto carried = carried_.find(file);
-  return carried != carried_.end() ? carried->second : text_of(beside(file));
+  return carried != carried_.end() ? carried->second : read_whole_file(beside(file), file_size::linked);
 }
 
 std::string Document::beside(const std::string& file) const {

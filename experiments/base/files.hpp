@@ -1,5 +1,7 @@
 #pragma once
 
+#include "core/config/whole_file.hpp"
+
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -14,9 +16,6 @@ class OutputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
-
-/// The whole of a file, or nothing if it cannot be read.
-std::optional<std::string> read_whole_file(const std::string& path);
 
 /// Replaces a file whole or not at all: writes a temporary neighbour, syncs and renames it. Throws OutputError.
 void write_file_atomically(const std::string& path, std::string_view text);

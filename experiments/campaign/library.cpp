@@ -19,7 +19,7 @@ constexpr const char* studies_folder = "studies/";    // whose are not
 std::string text_of(const std::string& path) {
   std::error_code unknown;  // a path that cannot even be looked at
   if (std::filesystem::exists(path, unknown) || unknown) {
-    if (const auto text = read_whole_file(path)) return *text;
+    if (const auto text = read_whole_file(path, file_size::configuration)) return *text;
     throw ConfigError(fmt::format("{}: cannot be read (allowed: a readable TOML file)", path));
   }
   std::string name = std::filesystem::path(path).filename().string();

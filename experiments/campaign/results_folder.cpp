@@ -1,5 +1,7 @@
 #include "experiments/campaign/results_folder.hpp"
 
+#include "core/config/reader.hpp"
+#include "experiments/base/bounded_json.hpp"
 #include "experiments/base/build_info.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/machine.hpp"
@@ -97,16 +99,19 @@ void ResultsFolder::open_log() {
 void ResultsFolder::log(std::string_view line) { log_->info("{}", line); }
 
 std::optional<RunRecord> ResultsFolder::finished_before(const CampaignRun& run) const {
-  const auto text = read_whole_file(file("runs/" + run.id + ".json"));
-  if (!text) return std::nullopt;
+  const std::string path = file("runs/" + run.id + ".json");
   try {
-    const Json json = Json::parse(*text);
+    const auto text = read_whole_file(path, file_size::record);
+    if (!text) return std::nullopt;
+    const Json json = parse_json(*text, path);
     if (json.at("configuration") != run.hash) return std::nullopt;
     RunRecord record = record_from_json(json.at("run"));
     if (record.failed()) return std::nullopt;
     return record;
   } catch (const Json::exception&) {
     return std::nullopt;  // not a file of ours, or of another version: the run is done again
+  } catch (const ConfigError&) {
+    return std::nullopt;  // no file that anyone could read
   }
 }
 

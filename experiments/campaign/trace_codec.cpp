@@ -1,3 +1,5 @@
+#include "core/config/reader.hpp"
+#include "experiments/base/bounded_json.hpp"
 #include "experiments/campaign/trace.hpp"
 
 #include <algorithm>
@@ -16,6 +18,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::string_view magic = "SLT2", magic_before = "SLT1";
 constexpr std::int64_t no_number = std::int64_t{1} << 46;  // with its differences, exact as a double
+constexpr std::size_t most_header = 1'000'000;             // what a file may make of itself in memory
+constexpr std::size_t most_body = 128'000'000, most_numbers = 32'000'000;
 constexpr double largest = static_cast<double>(no_number / 2);
 
 std::int64_t steps_of(double value, double resolution) {
@@ -45,7 +49,7 @@ std::string differences(const std::vector<std::int64_t>& steps, int order) {
 std::vector<std::int64_t> from_differences(std::string_view bytes, std::size_t count, int order) {
   std::vector<std::int64_t> steps;
   steps.reserve(count);
-  std::int64_t last = 0, slope = 0;
+  std::uint64_t last = 0, slope = 0;  // of a file: they may wrap
   std::size_t at = 0;
   while (steps.size() < count) {
     std::uint64_t coded = 0;
@@ -55,10 +59,10 @@ std::vector<std::int64_t> from_differences(std::string_view bytes, std::size_t c
       coded |= std::uint64_t{byte & 0x7fu} << shift;
       if (byte < 0x80) break;
     }
-    const auto difference = static_cast<std::int64_t>((coded >> 1) ^ (0 - (coded & 1)));
+    const std::uint64_t difference = (coded >> 1) ^ (0 - (coded & 1));
     slope = order == 1 ? difference : slope + difference;
     last += slope;
-    steps.push_back(last);
+    steps.push_back(static_cast<std::int64_t>(last));
   }
   return steps;
 }
@@ -87,25 +91,40 @@ std::string deflated(const std::string& text) {
   return out;
 }
 
-std::string inflated(std::string_view bytes) {
-  z_stream stream{};
-  if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
-  stream.avail_in = static_cast<uInt>(bytes.size());
-  std::string out;
-  int status = Z_OK;
-  while (status == Z_OK) {
-    char buffer[65536];
-    stream.next_out = reinterpret_cast<Bytef*>(buffer);
-    stream.avail_out = sizeof buffer;
-    status = inflate(&stream, Z_NO_FLUSH);
-    out.append(buffer, sizeof buffer - stream.avail_out);
-    if (status == Z_BUF_ERROR) break;
+/// Inflates piece by piece, so that nothing becomes larger than was asked for.
+class Inflater {
+ public:
+  explicit Inflater(std::string_view bytes) {
+    if (inflateInit(&stream_) != Z_OK) throw std::bad_alloc();
+    stream_.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+    stream_.avail_in = static_cast<uInt>(bytes.size());
   }
-  inflateEnd(&stream);
-  if (status != Z_STREAM_END) throw std::invalid_argument("a trace's compressed part is damaged");
-  return out;
-}
+  ~Inflater() { inflateEnd(&stream_); }
+  Inflater(const Inflater&) = delete;
+  Inflater& operator=(const Inflater&) = delete;
+
+  std::string next(std::size_t size) {
+    std::string out(size, '\0');
+    if (read(out.data(), size) < size) throw std::invalid_argument("a trace's compressed part is damaged or cut");
+    return out;
+  }
+  /// Whether this is all of it, checksum included.
+  bool ends() {
+    char more = 0;
+    return read(&more, 1) == 0 && status_ == Z_STREAM_END;
+  }
+
+ private:
+  std::size_t read(char* out, std::size_t size) {
+    stream_.next_out = reinterpret_cast<Bytef*>(out);
+    stream_.avail_out = static_cast<uInt>(size);
+    while (status_ == Z_OK && stream_.avail_out > 0) status_ = inflate(&stream_, Z_NO_FLUSH);
+    return size - stream_.avail_out;
+  }
+
+  z_stream stream_{};
+  int status_ = Z_OK;
+};
 
 Json derived_json(const TraceLayout::Derived& d) {
   return {
@@ -188,19 +207,51 @@ void require_signals(const Trace& trace) {
           curve.signal);
 }
 
+SolveHistogram solves_of(const Json& json) {
+  SolveHistogram solves;
+  json.at("first").get_to(solves.first);
+  json.at("counts").get_to(solves.counts);
+  constexpr std::size_t bins = SolveHistogram::most - SolveHistogram::least + 1;
+  if (solves.first < SolveHistogram::least || solves.first > SolveHistogram::most ||
+      solves.counts.size() > bins - static_cast<std::size_t>(solves.first - SolveHistogram::least))
+    throw std::invalid_argument("a trace's solver times are outside of its bins");
+  return solves;
+}
+
+/// Whoever draws divides time into spans.
+void require_in_order(const std::vector<std::int64_t>& ticks) {
+  for (std::size_t i = 0; i < ticks.size(); ++i)
+    if (ticks[i] < -no_number || ticks[i] > no_number || (i > 0 && ticks[i] < ticks[i - 1]))
+      throw std::invalid_argument("a trace's ticks go back");
+}
+
+/// Bytes of all columns, once header and bounds agree.
+std::size_t body_size(const Json& header) {
+  const auto samples = header.at("samples").get<std::size_t>();
+  std::size_t size = 0, columns = 0;
+  for (const Json& column : header.at("columns")) {
+    const auto bytes = column.at("bytes").get<std::size_t>();
+    if (samples > bytes) throw std::invalid_argument("a trace's column is missing");
+    if (bytes > most_body - size) throw std::invalid_argument("a trace is too large");
+    size += bytes;
+    ++columns;
+  }
+  if (samples * columns > most_numbers) throw std::invalid_argument("a trace is too large");
+  return size;
+}
+
 Trace trace_of(const Json& header, std::string_view body, ReadLayout read_layout_of) {
   Trace trace;
   const auto samples = header.at("samples").get<std::size_t>();
   header.at("tick_s").get_to(trace.tick_s);
+  if (!(trace.tick_s > 0)) throw std::invalid_argument("a trace's tick_s is not above 0");
   header.at("modes").get_to(trace.modes);
   header.at("measured").get_to(trace.measured);
-  header.at("solves").at("first").get_to(trace.solves.first);
-  header.at("solves").at("counts").get_to(trace.solves.counts);
+  trace.solves = solves_of(header.at("solves"));
   read_layout_of(header, trace);
   std::size_t at = 0;
   for (const Json& column : header.at("columns")) {
     const auto size = column.at("bytes").get<std::size_t>();
-    if (samples > size || size > body.size() - at) throw std::invalid_argument("a trace's column is missing");
     const auto steps = from_differences(body.substr(at, size), samples, column.at("order").get<int>());
     at += size;
     if (column.at("name") == "tick") {
@@ -208,11 +259,13 @@ Trace trace_of(const Json& header, std::string_view body, ReadLayout read_layout
       continue;
     }
     Trace::Signal signal{column.at("name"), column.at("unit"), column.at("resolution"), {}};
+    signal.values.reserve(steps.size());
     for (const std::int64_t step : steps)
       signal.values.push_back(step == no_number ? std::numeric_limits<double>::quiet_NaN()
                                                 : static_cast<double>(step) * signal.resolution);
     trace.signals.push_back(std::move(signal));
   }
+  require_in_order(trace.ticks);
   require_signals(trace);
   return trace;
 }
@@ -251,17 +304,23 @@ std::string encode_trace(const Trace& trace) {
 Trace decode_trace(std::string_view bytes) {
   const bool before = bytes.starts_with(magic_before);
   if (!before && !bytes.starts_with(magic)) throw std::invalid_argument("no trace: it does not begin with SLT2");
-  const std::string all = inflated(bytes.substr(magic.size()));
+  Inflater inflater(bytes.substr(magic.size()));
   std::size_t length = 0;
-  for (std::size_t byte = 0; byte < 4 && byte < all.size(); ++byte)
-    length |= std::size_t{static_cast<unsigned char>(all[byte])} << (8 * byte);
-  if (all.size() < 4 || length > all.size() - 4) throw std::invalid_argument("a trace's header is cut off");
-  const std::string_view rest = std::string_view(all).substr(4);
+  const std::string length_bytes = inflater.next(4);
+  for (std::size_t byte = 0; byte < 4; ++byte)
+    length |= std::size_t{static_cast<unsigned char>(length_bytes[byte])} << (8 * byte);
+  if (length > most_header) throw std::invalid_argument("a trace's header is too large");
   try {
-    return trace_of(Json::parse(rest.substr(0, length)), rest.substr(length),
-                    before ? read_layout_before : read_layout);
+    const Json header = parse_json(inflater.next(length), "a trace's header");
+    const std::string body = inflater.next(body_size(header));
+    if (!inflater.ends()) throw std::invalid_argument("a trace has more bytes than its header tells");
+    return trace_of(header, body, before ? read_layout_before : read_layout);
   } catch (const Json::exception& error) {
-    throw std::invalid_argument(std::string("a trace's header: ") + error.what());
+    throw std::invalid_argument("a trace's header: " + problem_with_json(error));
+  } catch (const ConfigError& error) {
+    throw std::invalid_argument(error.what());
+  } catch (const std::bad_alloc&) {
+    throw std::invalid_argument("a trace does not fit into memory");
   }
 }
 

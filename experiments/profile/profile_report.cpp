@@ -1,6 +1,7 @@
 #include "experiments/profile/profile_report.hpp"
 
 #include "core/config/reader.hpp"
+#include "experiments/base/bounded_json.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/machine.hpp"
 #include "experiments/base/result.hpp"
@@ -155,6 +156,10 @@ std::vector<double> times_of(const Json& j) {
   return times;
 }
 
+[[noreturn]] void refuse_profile(const std::string& path, const std::string& problem) {
+  throw ConfigError(fmt::format("{}: no profile: {} (allowed: what profile --save wrote)", path, problem));
+}
+
 }  // namespace
 
 Result result_of(const ProfileResult& found, bool instances) {
@@ -182,10 +187,10 @@ Result result_of(const ProfileResult& found, bool instances) {
 }
 
 Profile read_profile(const std::string& path) {
-  const auto text = read_whole_file(path);
+  const auto text = read_whole_file(path, file_size::json);
   if (!text) throw ConfigError(fmt::format("{}: cannot be read (allowed: what profile --save wrote)", path));
   try {
-    const Json all = Json::parse(*text);
+    const Json all = parse_json(*text, path, "what profile --save wrote");
     if (all.at("format") != format_name) throw std::invalid_argument("another format");
     Profile profile;
     for (const Json& j : all.at("variants")) {
@@ -196,8 +201,10 @@ Profile read_profile(const std::string& path) {
       profile.variants.push_back(std::move(p));
     }
     return profile;
-  } catch (const std::exception& error) {
-    throw ConfigError(fmt::format("{}: no profile: {} (allowed: what profile --save wrote)", path, error.what()));
+  } catch (const Json::exception& error) {
+    refuse_profile(path, problem_with_json(error));
+  } catch (const std::invalid_argument& error) {
+    refuse_profile(path, error.what());
   }
 }
 

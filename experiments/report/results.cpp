@@ -2,6 +2,7 @@
 
 #include "controllers/systems.hpp"
 #include "core/config/reader.hpp"
+#include "experiments/base/bounded_json.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
 
@@ -17,16 +18,12 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* allowed = "allowed: a results folder of `solenoid compare` or `solenoid run`";
+constexpr const char* allowed = "a results folder of `solenoid compare` or `solenoid run`";
 
-Json read_json(const std::string& path) {
-  const auto text = read_whole_file(path);
-  if (!text) throw ConfigError(fmt::format("{}: cannot be read ({})", path, allowed));
-  try {
-    return Json::parse(*text);
-  } catch (const Json::exception& error) {
-    throw ConfigError(fmt::format("{}: {} ({})", path, error.what(), allowed));
-  }
+Json read_json(const std::string& path, std::size_t most_bytes) {
+  const auto text = read_whole_file(path, most_bytes);
+  if (!text) throw ConfigError(fmt::format("{}: cannot be read (allowed: {})", path, allowed));
+  return parse_json(*text, path, allowed);
 }
 
 template <class T>
@@ -46,14 +43,15 @@ std::vector<StoredRun> read_runs(const std::string& folder) {
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
     if (entry.path().extension() != ".json") continue;
-    const Json json = read_json(entry.path().string());
+    const Json json = read_json(entry.path().string(), file_size::record);
     try {
       runs.push_back({entry.path().stem().string(), record_from_json(json.at("run"))});
     } catch (const Json::exception& problem) {
-      throw ConfigError(fmt::format("{}: {} ({})", entry.path().string(), problem.what(), allowed));
+      throw ConfigError(
+          fmt::format("{}: {} (allowed: {})", entry.path().string(), problem_with_json(problem), allowed));
     }
   }
-  if (error) throw ConfigError(fmt::format("{}: {} ({})", folder, error.message(), allowed));
+  if (error) throw ConfigError(fmt::format("{}: {} (allowed: {})", folder, error.message(), allowed));
   return runs;
 }
 
@@ -90,14 +88,16 @@ void sort_runs(const Campaign& campaign, std::vector<StoredRun>& runs) {
 
 Results read_results(const std::string& folder) {
   std::error_code ignored;
-  if (!fs::is_directory(folder, ignored)) throw ConfigError(fmt::format("{}: no folder ({})", folder, allowed));
+  if (!fs::is_directory(folder, ignored))
+    throw ConfigError(fmt::format("{}: no folder (allowed: {})", folder, allowed));
   Results results;
   results.folder = folder;
-  results.manifest = read_json(folder + "/manifest.json");
+  results.manifest = read_json(folder + "/manifest.json", file_size::json);
   if (!results.manifest.is_object() || !results.manifest.contains("campaign"))
-    throw ConfigError(fmt::format("{}/manifest.json: key 'campaign' is missing ({})", folder, allowed));
+    throw ConfigError(fmt::format("{}/manifest.json: key 'campaign' is missing (allowed: {})", folder, allowed));
   const std::string resolved = folder + "/resolved.toml";
-  if (!fs::is_regular_file(resolved, ignored)) throw ConfigError(fmt::format("{}: is missing ({})", resolved, allowed));
+  if (!fs::is_regular_file(resolved, ignored))
+    throw ConfigError(fmt::format("{}: is missing (allowed: {})", resolved, allowed));
   results.campaign = read_campaign(resolved);
   results.runs = read_runs(folder + "/runs");
   std::erase_if(results.runs, [&](const StoredRun& run) { return !belongs_to(results, run.record); });
@@ -107,7 +107,7 @@ Results read_results(const std::string& folder) {
 
 std::optional<Trace> read_trace(const Results& results, const StoredRun& run) {
   const std::string path = results.folder + "/runs/" + run.id + ".trace";
-  if (const auto bytes = read_whole_file(path)) {
+  if (const auto bytes = read_whole_file(path, file_size::trace)) {
     try {
       return decode_trace(*bytes);
     } catch (const std::invalid_argument& error) {

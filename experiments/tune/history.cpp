@@ -84,7 +84,7 @@ TuneHistory::TuneHistory(const std::string& folder, const std::vector<FreeParame
     : path_(folder + "/history.csv"),
       heading_(heading_of(free, system, identity)),
       score_columns_(before_efforts + effort_metrics(system).size() + after_efforts) {
-  const auto text = read_whole_file(path_);
+  const auto text = read_whole_file(path_, file_size::linked);
   if (!text) return;
   if (!text->starts_with(heading_))
     throw ConfigError(path_ + ": is another tuning run's (allowed: a new folder, or the settings it was begun with)");

@@ -1,12 +1,16 @@
 #include "controllers/model_system.hpp"
 #include "controllers/systems/inverter/inverter_variant.hpp"
+#include "core/config/reader.hpp"
 #include "core/systems/inverter/modes.hpp"
 #include "core/systems/inverter/signals.hpp"
 
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <string>
+
+#include <fmt/format.h>
 
 namespace solenoid {
 namespace {
@@ -47,7 +51,11 @@ class InverterSystem final : public ModelSystem<InverterLoad> {
   }
   /// The task's frequency of the electromotive force [Hz].
   void tell(VariantConfig& v, const std::string& setting) const override {
-    if (!setting.empty()) inverter(v).nominal.emf_frequency_hz = std::stod(setting);
+    if (setting.empty()) return;
+    double& frequency_hz = inverter(v).nominal.emf_frequency_hz;
+    const auto [end, error] = std::from_chars(setting.data(), setting.data() + setting.size(), frequency_hz);
+    if (error != std::errc() || end != setting.data() + setting.size() || !std::isfinite(frequency_hz))
+      throw ConfigError(fmt::format("setting '{}' of a task of the inverter (allowed: a frequency in Hz)", setting));
   }
   /// The model's coefficients are of one tick.
   void resample(VariantConfig& v) const override { inverter(v).nominal.sampling_s = v.timing.tick_s; }

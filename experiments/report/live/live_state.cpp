@@ -2,6 +2,7 @@
 
 #include "controllers/systems.hpp"
 #include "core/config/reader.hpp"
+#include "experiments/base/bounded_json.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/rig/log/tick_fields.hpp"
 
@@ -46,7 +47,7 @@ std::string LiveState::file_of(const CampaignRun& run) const { return results_.f
 bool LiveState::read_manifest() {
   const auto text = read_whole_file(results_.folder + "/manifest.json");
   if (!text || *text == manifest_text_) return false;
-  Json json = Json::parse(*text, nullptr, false);
+  Json json = parse_json(*text, "manifest.json");
   if (!json.is_object()) return false;
   manifest_text_ = *text;
   results_.manifest = std::move(json);
@@ -61,7 +62,7 @@ bool LiveState::read_run(const CampaignRun& run) {
   const auto text = read_whole_file(file_of(run));
   if (!text) return false;
   try {
-    const Json json = Json::parse(*text);
+    const Json json = parse_json(*text, file_of(run));
     if (json.at("configuration") != run.hash) return false;  // of an earlier program or campaign: it is being repeated
     StoredRun stored{run.id, record_from_json(json.at("run"))};
     if (const auto trace = read_trace(results_, stored); trace && !trace->ticks.empty())

@@ -2,6 +2,7 @@
 
 #include "core/config/reader.hpp"
 #include "core/systems/actuator/signals.hpp"
+#include "experiments/base/bounded_json.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/interrupt.hpp"
 #include "experiments/base/machine.hpp"
@@ -94,9 +95,11 @@ std::optional<RatioMeasured> judge(const Campaign& campaign, const std::string& 
   for (const CampaignRun& run : campaign.runs) identity += run.hash;
   identity = fingerprint(identity);
   std::map<std::string, Json> runs;
-  if (const auto text = read_whole_file(path)) {
-    const Json kept = Json::parse(*text, nullptr, false);
-    if (kept.is_object() && kept.value("identity", "") == identity) runs = kept.at("runs").get<decltype(runs)>();
+  if (const auto text = read_whole_file(path, file_size::json)) {
+    const Json kept = parse_json(*text, path, "a file of an earlier run, or none");
+    if (kept.is_object() && kept.contains("runs") && kept.at("runs").is_object() &&
+        kept.value("identity", Json()) == identity)
+      runs = kept.at("runs").get<decltype(runs)>();
   }
   std::vector<std::size_t> todo;
   for (std::size_t i = 0; i < campaign.runs.size(); ++i)
