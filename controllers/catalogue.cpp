@@ -27,6 +27,12 @@ ProjectedGradientSettings relaxation_of(const VariantConfig& v) {
   return {.most_iterations = v.rounding.iterations, .tolerance = 1e-4};
 }
 
+void check_tree(TableReader& table, const VariantConfig& v) {
+  if (v.horizon.blocks.size() > max_tree_blocks)
+    table.table("horizon").fail("blocks", fmt::format("{} of them are too many for '{}' (allowed: at most {})",
+                                                      v.horizon.blocks.size(), v.solver, max_tree_blocks));
+}
+
 template <HybridModel M>
 SolverPtr<M> rounding(const VariantConfig& v, RoundingMethod method) {
   return make_rounding<M>(relaxation_of(v), {.method = method, .improve = v.rounding.improve});
@@ -39,11 +45,13 @@ std::vector<SolverRow> common_solvers() {
   rows.push_back({.name = "exhaustive",
                   .summary = "every sequence of modes over the blocks",
                   .groups = {"planning"},
-                  .make = []<HybridModel M>(const VariantConfig&) { return tree_search<M>(false); }});
+                  .make = []<HybridModel M>(const VariantConfig&) { return tree_search<M>(false); },
+                  .check = check_tree});
   rows.push_back({.name = "branch_and_bound",
                   .summary = "the same optimum, pruned by bounds: docs/results/search.md",
                   .groups = {"planning"},
-                  .make = []<HybridModel M>(const VariantConfig&) { return tree_search<M>(true); }});
+                  .make = []<HybridModel M>(const VariantConfig&) { return tree_search<M>(true); },
+                  .check = check_tree});
   rows.push_back(
       {.name = "sum_up_rounding",
        .summary = "relaxed, rounded by summing up, improved by mode swaps: docs/results/rounding.md",

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -15,7 +16,7 @@ namespace {
 
 /// What is wrong with the horizon's blocks at this sampling, or nothing.
 std::string wrong_blocks(const HorizonSettings& h, const Timing& timing) {
-  const int periods = std::accumulate(h.blocks.begin(), h.blocks.end(), 0);
+  const auto periods = std::accumulate(h.blocks.begin(), h.blocks.end(), std::int64_t{0});  // an int would overflow
   if (h.blocks.empty() || periods * timing.ticks_per_period == h.steps) return {};
   return fmt::format(
       "{} periods of {} steps are not the horizon's {} steps (allowed: blocks that add up to "

@@ -1,11 +1,15 @@
 #include "core/config/document.hpp"
 
 #include "core/config/reader.hpp"
+#include "core/config/toml_depth.hpp"
 #include "core/config/whole_file.hpp"
 
 #include <filesystem>
 #include <iterator>
+#include <new>
 #include <sstream>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -23,6 +27,24 @@ void note_origins(const toml::node& node, const std::string& path, const std::st
       if ((*array)[i].is_table()) note_origins((*array)[i], fmt::format("{}[{}]", path, i), file, origins);
 }
 
+/// What walks, copies and names values does so level by level.
+void require_shallow(const toml::table& root, const std::string& name) {
+  constexpr int most_levels = 64;
+  std::vector<std::pair<const toml::node*, int>> open = {{&root, 0}};
+  while (!open.empty()) {
+    const auto [node, level] = open.back();
+    open.pop_back();
+    if (level > most_levels)
+      throw ConfigError(
+          fmt::format("{}:{}: nested more than {} deep (allowed: less)", name, node->source().begin.line, most_levels));
+    if (const toml::table* table = node->as_table())
+      for (const auto& [key, value] : *table) open.emplace_back(&value, level + 1);
+    if (const toml::array* array = node->as_array())
+      for (const toml::node& value : *array)
+        if (!value.is_value()) open.emplace_back(&value, level + 1);
+  }
+}
+
 /// Whether a path is `top` or below it.
 bool within(const std::string& path, const std::string& top) {
   return path.starts_with(top) &&
@@ -33,10 +55,15 @@ bool within(const std::string& path, const std::string& top) {
 
 Document Document::from_text(const std::string& text, const std::string& name) {
   Document document(name);
+  require_short_keys(text, name);
   try {
     document.root_ = toml::parse(text, name);
+    require_shallow(document.root_, name);
   } catch (const toml::parse_error& error) {
-    throw ConfigError(fmt::format("{}:{}: not valid TOML: {}", name, error.source().begin.line, error.description()));
+    throw ConfigError(fmt::format("{}:{}: not valid TOML: {} (allowed: valid TOML)", name, error.source().begin.line,
+                                  error.description()));
+  } catch (const std::bad_alloc&) {
+    throw ConfigError(fmt::format("{}: does not fit into memory (allowed: less)", name));
   }
   note_origins(document.root_, "", name, document.origins_);
   return document;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <limits>
 
 namespace solenoid {
@@ -13,7 +14,15 @@ class Deadline {
   /// No deadline: solve to the end.
   static Deadline never() { return Deadline(Clock::time_point::max()); }
   /// The deadline that comes `budget` from now.
-  static Deadline after(std::chrono::nanoseconds budget) { return Deadline(Clock::now() + budget); }
+  static Deadline after(std::chrono::nanoseconds budget) {
+    const auto now = Clock::now();
+    return budget < Clock::time_point::max() - now ? Deadline(now + budget) : never();
+  }
+  /// The same in seconds: never, if that is beyond the clock.
+  static Deadline after_s(double seconds) {
+    constexpr double longest_s = 9e9;  // of 2^63 ns
+    return seconds < longest_s ? after(std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 * seconds))) : never();
+  }
 
   /// The deadline at this moment.
   explicit Deadline(Clock::time_point moment) : moment_(moment) {}

@@ -27,9 +27,10 @@ MotionSample hermite(double t, double t0, double t1, double p0, double p1, doubl
 
 MotionSample Trajectory::at(double time_s) const {
   if (time_s < 0 || segments_.empty()) return {start_, 0, 0};
-  for (const Segment& segment : segments_)
-    if (time_s < segment.begin_s + segment.duration_s) return sample(segment, time_s - segment.begin_s);
-  return {end_, 0, 0};
+  const auto end_s = [](const Segment& segment) { return segment.begin_s + segment.duration_s; };
+  const auto segment = std::ranges::upper_bound(segments_, time_s, {}, end_s);
+  if (segment == segments_.end()) return {end_, 0, 0};
+  return sample(*segment, time_s - segment->begin_s);
 }
 
 MotionSample Trajectory::sample(const Segment& g, double t) {
@@ -161,6 +162,7 @@ Trajectory read_csv(const LinkedFile& file) {
       refuse(line, fmt::format("'{}' is not two numbers", text.substr(0, 40)));
     if (!std::isfinite(time) || !std::isfinite(position)) refuse(line, "not finite");
     if (times.empty() ? time != 0.0 : time <= times.back()) refuse(line, fmt::format("time {} is out of order", time));
+    if (time > longest_motion_s) refuse(line, fmt::format("time {} is beyond {:g} s", time, longest_motion_s));
     times.push_back(time);
     positions.push_back(position);
   }
@@ -169,34 +171,43 @@ Trajectory read_csv(const LinkedFile& file) {
   return Trajectory(start).through(std::move(times), std::move(positions));
 }
 
+/// Refuses a motion whose parts are allowed and whose sum is not, before anybody samples it.
+void require_an_end(const TableReader& table, const std::string& key, const Trajectory& trajectory) {
+  if (!(trajectory.duration_s() <= longest_motion_s))
+    table.fail(key, fmt::format("with it the motion takes {:g} s (allowed: at most {:g} s)", trajectory.duration_s(),
+                                longest_motion_s));
+}
+
 }  // namespace
 
 Trajectory read_trajectory(TableReader& table, double start, const std::string& unit) {
   const std::string key = unit_in_keys(unit), from = "from_" + key, to = "to_" + key, height = "height_" + key;
   const std::string kind = table.text("kind", {"cycloidal", "sine", "step", "multi_cycloid", "csv"});
+  const Range pause = Range::between(0.0, longest_motion_s), move = {0.0, longest_motion_s, true};
   Trajectory trajectory(kind == "csv" ? 0.0 : table.number_or(from, start));
   if (kind == "cycloidal") {
-    const double dwell = table.number_or("dwell_s", 2.0, Range::non_negative());
-    trajectory.dwell(dwell)
-        .cycloid_to(table.number_or(to, 0.1), table.number_or("move_s", 4.0, Range::positive()))
-        .dwell(dwell);
+    const double dwell = table.number_or("dwell_s", 2.0, pause);
+    trajectory.dwell(dwell).cycloid_to(table.number_or(to, 0.1), table.number_or("move_s", 4.0, move)).dwell(dwell);
+    require_an_end(table, "dwell_s", trajectory);
   } else if (kind == "sine") {
-    const double low = trajectory.start(), lead = table.number_or("lead_s", 1.0, Range::positive());
+    const double low = trajectory.start(), lead = table.number_or("lead_s", 1.0, move);
     trajectory.cycloid_to(table.number_or(to, 0.1), lead)
         .cosine(low, table.number_or("frequency_hz", 1.0, {0.0, 100.0, true}),
                 table.number_or("periods", 6.0, Range::positive()))
         .cycloid_to(low, lead);
+    require_an_end(table, table.has("periods") ? "periods" : "frequency_hz", trajectory);
   } else if (kind == "step") {
-    const double hold = table.number_or("hold_s", 4.5, Range::positive());
-    trajectory.dwell(table.number_or("at_s", 0.5, Range::non_negative()))
+    const double hold = table.number_or("hold_s", 4.5, move);
+    trajectory.dwell(table.number_or("at_s", 0.5, pause))
         .step_to(trajectory.start() + table.number_or(height, 0.06), hold);
+    require_an_end(table, "hold_s", trajectory);
     trajectory.steady_from(trajectory.duration_s() - table.number_or("steady_s", 1.0, Range::between(0.0, hold)));
   } else if (kind == "multi_cycloid") {
-    const double move = table.number_or("move_s", 1.0, Range::positive());
-    const double dwell = table.number_or("dwell_s", 1.0, Range::non_negative());
+    const double move_s = table.number_or("move_s", 1.0, move), dwell_s = table.number_or("dwell_s", 1.0, pause);
     const std::vector<double> stations = table.numbers(to);
     if (stations.empty()) table.fail(to, "empty (allowed: at least one position)");
-    for (const double station : stations) trajectory.cycloid_to(station, move).dwell(dwell);
+    for (const double station : stations) trajectory.cycloid_to(station, move_s).dwell(dwell_s);
+    require_an_end(table, to, trajectory);
   } else {
     trajectory = read_csv(table.file("path"));
   }

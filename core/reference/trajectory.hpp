@@ -74,7 +74,10 @@ class Trajectory {
   std::vector<Segment> segments_;
 };
 
-/// Reads `{ kind = "cycloidal" | "sine" | "step" | "multi_cycloid" | "csv", ... }`:
+/// The longest motion and run that a file may ask for [s].
+inline constexpr double longest_motion_s = 3600.0;
+
+/// Reads `{ kind = "cycloidal" | "sine" | "step" | "multi_cycloid" | "csv", ... }`, none longer than longest_motion_s,
 /// with _m standing for the axis's unit as keys have it (unit_in_keys):
 ///   cycloidal       from_m (default start), to_m, move_s, dwell_s
 ///   sine            from_m, to_m, frequency_hz, periods, lead_s (cycloids in and out)

@@ -126,9 +126,7 @@ class BackgroundSolver final : public DeferredSolver<M> {
       Finished& done = finished.back();
       done.ticket = work.ticket;
       done.plan = work.warm_start;
-      const Deadline deadline =
-          work.budget_s > 0 ? Deadline::after(std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 * work.budget_s)))
-                            : Deadline::never();
+      const Deadline deadline = work.budget_s > 0 ? Deadline::after_s(work.budget_s) : Deadline::never();
       done.report = solver->solve(work.problem, done.plan, deadline);
       finished.put();
     }

@@ -85,12 +85,15 @@ std::vector<std::string> variant_names(Library& library, const Selection& select
   return names;
 }
 
+constexpr std::size_t most_seeds = 10'000, most_runs = 100'000;
+
 std::vector<std::uint64_t> read_seeds(Library& library) {
   TableReader* listing = library.with_key("seeds");
   if (!listing) return {1};
   const std::vector<int> seeds = listing->integers("seeds", 0, 2147483647);
   const auto fail = [&](const std::string& problem) { listing->fail("seeds", problem); };
   if (seeds.empty()) fail("empty (allowed: at least one whole number)");
+  if (seeds.size() > most_seeds) fail(fmt::format("{} of them (allowed: at most {})", seeds.size(), most_seeds));
   refuse_twice(seeds, fail);
   return {seeds.begin(), seeds.end()};
 }
@@ -221,6 +224,12 @@ class CampaignReader {
   }
 
   void cross() {
+    const std::size_t runs = campaign_.scenarios.size() * campaign_.variants.size() * campaign_.seeds.size();
+    if (runs > most_runs)
+      library_.root().fail(
+          "seeds",
+          fmt::format("{} scenarios, {} variants and {} seeds are {} runs (allowed: at most {})",
+                      campaign_.scenarios.size(), campaign_.variants.size(), campaign_.seeds.size(), runs, most_runs));
     for (std::size_t s = 0; s < campaign_.scenarios.size(); ++s)
       for (std::size_t v = 0; v < campaign_.variants.size(); ++v)
         for (const std::uint64_t seed : campaign_.seeds) {

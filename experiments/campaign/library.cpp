@@ -125,10 +125,10 @@ void Library::adopt_scenarios(const Loaded& document, TableReader& reader) {
   for (std::size_t i = 0; i < tables.size(); ++i) {
     const std::string name = tables[i].text("name");
     if (!good_name(name)) tables[i].fail("name", fmt::format("'{}' is no name (allowed: {})", name, good_names));
-    for (Entry& other : scenarios_)
-      if (other.reader.text("name") == name)
-        tables[i].fail("name", fmt::format("'{}' is there twice, also at {} (allowed: one scenario a name)", name,
-                                           other.reader.where()));
+    const auto [same, fresh] = scenario_places_.try_emplace(name, tables[i].where());
+    if (!fresh)
+      tables[i].fail("name",
+                     fmt::format("'{}' is there twice, also at {} (allowed: one scenario a name)", name, same->second));
     scenarios_.push_back({document, fmt::format("scenario[{}]", i), raw[i].as_table(), std::move(tables[i])});
   }
 }

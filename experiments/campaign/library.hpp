@@ -50,6 +50,7 @@ class Library {
   std::map<std::string, Entry> variants_;
   std::vector<std::string> order_;
   std::vector<Entry> scenarios_;
+  std::map<std::string, std::string> scenario_places_;  // by name: where the scenario is
   std::vector<TableReader> readers_;  // of the documents, included ones before those that include them
   std::vector<std::string> loaded_;
 };

@@ -16,7 +16,7 @@ ScenarioConfig read_scenario(TableReader& table) {
   s.name = table.text("name");
   s.system = &read_system(table);
   simulation_of(s).read(table, s);
-  s.duration_s = table.number_or("duration_s", s.duration_s, {0.0, 3600.0, true});
+  s.duration_s = table.number_or("duration_s", s.duration_s, {0.0, longest_motion_s, true});
   if (!(s.duration_s > 0)) table.fail("duration_s", "missing for a motion that never moves (allowed: above 0 s)");
   if (table.has("timing")) {
     TableReader timing = table.table("timing");

@@ -68,8 +68,7 @@ class Keeper {
     hold(problem, entry(M::held));
     for (Rounder& r : rounders_) solve_plan(problem, *r.solver, entry(r.method));
     if (with_bonmin && with_bonmin_)
-      solve_plan(problem, bonmin_, entry(M::bonmin),
-                 Deadline::after(std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 * options_.bonmin_limit_s))));
+      solve_plan(problem, bonmin_, entry(M::bonmin), Deadline::after_s(options_.bonmin_limit_s));
     relax_plan(problem, grid_, best, relaxed_);
     entry(M::relaxed) = lower_end(problem);
     return state;

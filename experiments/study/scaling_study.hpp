@@ -19,9 +19,7 @@ namespace solenoid::scaling {
 inline constexpr int repetitions = 3;  ///< their median counts
 inline constexpr double repeated_below_us = 5000.0;
 
-inline Deadline after_ms(double ms) {
-  return Deadline::after(std::chrono::nanoseconds(static_cast<std::int64_t>(std::llround(1e6 * ms))));
-}
+inline Deadline after_ms(double ms) { return Deadline::after_s(1e-3 * ms); }
 
 /// Collects reports of one search.
 class Figures {

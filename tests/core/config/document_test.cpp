@@ -69,6 +69,36 @@ TEST(Document, APartIsReadUnderItsPathInTheWhole) {
   }
 }
 
+TEST(Document, KeysOfManyPartsAreRefusedAndDotsElsewhereAreNot) {
+  const auto refused = [](const std::string& toml) {
+    try {
+      Document::from_text(toml, "f.toml");
+    } catch (const ConfigError& error) {
+      return std::string(error.what());
+    }
+    return std::string("nothing");
+  };
+  std::string key = "a", quoted = "'a'", dots;
+  for (int part = 0; part < 100'000; ++part) {
+    key += ".a";
+    quoted += part % 2 ? ". 'a'" : " .\"a\"";
+    dots += '.';
+  }
+  for (const std::string& toml : {"\n" + key + " = 1\n", "\n[" + key + "]\n", "\n[[" + key + "]]\n",
+                                  "\n" + quoted + " = 1", "\nb = { " + key + " = 1 }"})
+    EXPECT_THAT(refused(toml), StartsWith("f.toml:2: a key of too many parts (allowed: at most 32)"));
+  for (const std::string& toml :
+       {"# " + dots + "\na = 1", "a = \"" + dots + "\\\"" + dots + "\"", "a = '" + dots + "'",
+        "a = \"\"\"\n" + dots + "\n\"\"\"\nb = 1", "a = '''" + dots + "'''",
+        std::string(
+            "a = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.1,"
+            "0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9]")})
+    EXPECT_EQ(refused(toml), "nothing");
+  std::string nested = "a.a.a.a.a.a.a.a.a.a";
+  for (int level = 0; level < 8; ++level) nested = "a.a.a.a.a.a.a.a.a.a = { " + nested + (level == 0 ? " = 1 }" : " }");
+  EXPECT_THAT(refused(nested), StartsWith("f.toml:1: nested more than 64 deep"));
+}
+
 TEST(Document, ReadsTheFilesItCarriesAndThoseBesideIt) {
   const std::string folder = ::testing::TempDir();
   std::ofstream(folder + "document_beside.toml") << "x = 1\n";

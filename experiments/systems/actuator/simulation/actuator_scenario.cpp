@@ -30,7 +30,8 @@ void read_actuator_scenario(TableReader& table, ScenarioConfig& s) {
   p.sensing_chain = read_sensing(table, s, {"chain"}) == "chain";
   if (table.has("kick")) {
     TableReader kick = table.table("kick");
-    p.kick = {kick.number("at_s", Range::non_negative()), kick.number("speed_m_s", Range::between(-5.0, 5.0))};
+    p.kick = {kick.number("at_s", Range::between(0.0, longest_motion_s)),
+              kick.number("speed_m_s", Range::between(-5.0, 5.0))};
     kick.finish();
     if (p.plant != "model") table.fail("kick", "the twin takes none (allowed: plant = \"model\")");
   }

@@ -36,7 +36,7 @@ void read_motion(TableReader& t, ArmMotion& m) {
   m.from_rad = degree * t.number_or("from_deg", m.from_rad / degree, Range::between(-360.0, 360.0));
   m.total_rad = degree * t.number_or("total_deg", m.total_rad / degree, Range::between(-360.0, 360.0));
   if (m.total_rad == 0.0) t.fail("total_deg", "is no motion (allowed: -360 to 360, not 0)");
-  m.move_s = t.number_or("move_s", m.move_s, Range::positive());
+  m.move_s = t.number_or("move_s", m.move_s, {0.0, 3600.0, true});
 }
 
 void read_cylinder(TableReader& t, SizingTask& task) {

@@ -221,7 +221,7 @@ TEST(SizingTaskFile, BadOnesAreRefusedWithFileKeyAndWhatIsAllowed) {
   };
   for (const Case& c :
        {Case{"[arm]\npayload = 1", "arm.payload", "payload_kg"}, Case{"plane = \"sloping\"", "plane", "horizontal"},
-        Case{"[motion]\nmove_s = 0", "motion.move_s", "> 0"},
+        Case{"[motion]\nmove_s = 0", "motion.move_s", "above 0 to 3600"},
         Case{"[motion]\ntotal_deg = 0", "motion.total_deg", "not 0"},
         Case{"[motion]\nkind = \"jump\"", "motion.kind", "quintic"}, Case{"[gear]\nteeth = 11", "gear.teeth", "12"},
         Case{"[cylinder]\nbore_mm = 6", "cylinder.bore_mm", "rod_mm less than bore_mm"},
