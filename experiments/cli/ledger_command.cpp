@@ -76,7 +76,7 @@ void add_ledger(CLI::App& app, int& exit_code) {
   command->add_option("--bonmin", options->options.bonmin_states, "of these, how many Bonmin gets; default 20")
       ->check(CLI::Range(0, 100000));
   command->add_option("--bonmin-limit-s", options->options.bonmin_limit_s, "its time on each; default 5")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1e-3, 86400.0));
   add_output_options(*command, options->output);
   command->callback([options, &exit_code] { exit_code = ledger(*options); });
 }

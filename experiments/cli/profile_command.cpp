@@ -117,12 +117,12 @@ void add_measuring(CLI::App& command, ProfileArguments& options) {
   command.add_option("--passes", options.profile.passes, "passes over the instances; default: until figures settle")
       ->check(CLI::Range(1, 10000));
   command.add_option("--limit-ms", options.profile.limit_ms, "count misses at this too; default 1")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(0.0001, 60000.0));
   command.add_option("--per-variant", options.per_variant, "instances to record of each variant; default 700")
       ->check(CLI::Range(1, 1000000));
   command.add_option("--budget", options.budgets_ms, "closed loops with every solve cut at these times [ms]")
       ->delimiter(',')
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(0.0001, 60000.0));
   add_figure_options(command, options.output, "the quality curve");
   for (const char* figure : {"--svg", "--png"}) command.get_option(figure)->needs(command.get_option("--budget"));
 }

@@ -2,8 +2,10 @@
 #include "experiments/base/build_info.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/number_options.hpp"
 
 #include <cstdio>
+#include <new>
 
 #include <CLI/CLI.hpp>
 
@@ -54,6 +56,7 @@ int run(int argc, char** argv) {
   add_man(app, exit_code);
   add_completion(app, exit_code);
   add_complete(app, exit_code);
+  require_numbers(app);
   if (argc < 2) {
     write_standard_output(app.help());
     return success;
@@ -79,6 +82,8 @@ int run_program(int argc, char** argv) {
     return refuse(error.what(), bad_input);
   } catch (const OutputError& error) {
     return refuse(error.what(), bad_input);
+  } catch (const std::bad_alloc&) {
+    return refuse("out of memory", failure);
   } catch (const std::exception& error) {
     return refuse(error.what(), failure);
   }

@@ -8,6 +8,7 @@
 #include "experiments/tune/tune_report.hpp"
 
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 
@@ -38,7 +39,8 @@ std::pair<std::string, double> parse_limit(const std::string& text) {
   const std::size_t equals = text.find('=');
   double value = 0.0;
   const char* end = text.data() + text.size();
-  if (equals == std::string::npos || std::from_chars(text.data() + equals + 1, end, value).ptr != end || !(value > 0))
+  if (equals == std::string::npos || std::from_chars(text.data() + equals + 1, end, value).ptr != end || !(value > 0) ||
+      !std::isfinite(value))
     throw ConfigError(fmt::format("--limit: '{}' is no limit (allowed: KEY=VALUE, above 0)", text));
   return {text.substr(0, equals), value};
 }

@@ -5,6 +5,7 @@
 #include "experiments/report/headings.hpp"
 
 #include <charconv>
+#include <cmath>
 #include <span>
 #include <sstream>
 
@@ -66,6 +67,7 @@ std::optional<TuneStep> step_from(const std::string& line, std::size_t score_col
     double value = 0.0;
     const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
     if (!cell.empty() && (error != std::errc() || end != cell.data() + cell.size())) return std::nullopt;
+    if (std::isnan(value)) return std::nullopt;  // it finds nothing, itself included
     numbers.push_back(value);
   }
   TuneStep step;

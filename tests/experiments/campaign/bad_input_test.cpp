@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 namespace solenoid::test {
@@ -181,6 +182,59 @@ INSTANTIATE_TEST_SUITE_P(
                     BadCommand{"unwritable_folder", "compare c.toml --out /proc/solenoid", {"/proc/solenoid"}},
                     BadCommand{"a_file_as_folder", "compare c.toml --out a_file", {"a_file"}}),
     [](const auto& info) { return std::string(info.param.name); });
+
+/// Every kind of numeric option of every command: what is no number is refused before its range is looked at.
+TEST(BadNumber, IsRefusedByEveryNumericOption) {
+  const Folder folder;
+  folder.write("c.toml", small_campaign);
+  struct Option {
+    const char *command, *option;
+    bool whole, negative;
+  };
+  const std::vector<Option> options = {
+      {"compare c.toml", "--jobs", true, true},
+      {"plot c.toml --variant nine_pd --scenario loaded --svg a.svg", "--seed", true, false},
+      {"profile", "--threshold", false, true},
+      {"profile", "--limit-ms", false, true},
+      {"profile", "--budget", false, true},
+      {"profile", "--core", true, true},
+      {"profile", "--passes", true, true},
+      {"profile", "--per-variant", true, false},
+      {"ledger", "--bonmin-limit-s", false, true},
+      {"ledger", "--states", true, true},
+      {"scaling", "--instances", true, true},
+      {"tune nine_pd", "--evaluations", true, true},
+      {"run nine_pd", "--duration", false, true},
+      {"run nine_pd", "--rearm-wait", false, true},
+      {"run nine_pd", "--lowering", false, true},
+      {"run nine_pd", "--seed", true, false},
+      {"run nine_pd", "--repeat", true, true},
+      {"run nine_pd", "--udp", true, true},
+      {"emulator", "--idle-exit", false, true},
+      {"emulator", "--port", true, true},
+      {"emulator", "--seed", true, false},
+      {"identify", "--payload", false, true},
+      {"identify", "--seed", true, false}};
+  for (const Option& o : options) {
+    std::vector<std::string> bad = {"nan", "NaN", "-nan", "inf", "-inf", "1e999", "1x", "0x", "\"1 \"", "\"\"", "+1"};
+    if (o.whole) bad.insert(bad.end(), {"1.5", "18446744073709551616", "99999999999999999999999"});
+    if (!o.negative) bad.push_back("-1");
+    for (const std::string& value : bad) {
+      const std::string arguments = fmt::format("{} {}={}", o.command, o.option, value);
+      const ProgramRun run = run_program(folder, arguments);
+      EXPECT_EQ(run.exit_code, 2) << arguments;
+      EXPECT_EQ(run.out, "") << arguments;
+      EXPECT_THAT(run.err, testing::HasSubstr(o.option)) << arguments;
+    }
+  }
+}
+
+TEST(BadNumber, AZeroInFrontDoesNotMakeANumberOctal) {
+  const Folder folder;
+  folder.write("c.toml", small_campaign);
+  EXPECT_EQ(run_program(folder, "compare c.toml --out o --jobs 010").exit_code, 0);
+  EXPECT_THAT(text_of(folder.file("o/manifest.json")), testing::HasSubstr("\"jobs\": 10"));
+}
 
 }  // namespace
 }  // namespace solenoid::test

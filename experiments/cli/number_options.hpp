@@ -1,0 +1,13 @@
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace solenoid {
+
+/// Has every numeric option of a command and of those below it refuse what is no number: NaN, infinity, what overflows,
+/// a sign where none may be, trailing characters. Ranges, which NaN passes, are the options' own and are looked at after.
+void require_numbers(CLI::App& app);
+
+}  // namespace solenoid
