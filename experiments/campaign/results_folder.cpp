@@ -1,10 +1,10 @@
 #include "experiments/campaign/results_folder.hpp"
 
 #include "core/config/reader.hpp"
-#include "experiments/base/bounded_json.hpp"
 #include "experiments/base/build_info.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/machine.hpp"
+#include "experiments/campaign/run_file.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -98,27 +98,23 @@ void ResultsFolder::open_log() {
 
 void ResultsFolder::log(std::string_view line) { log_->info("{}", line); }
 
-std::optional<RunRecord> ResultsFolder::finished_before(const CampaignRun& run) const {
-  const std::string path = file("runs/" + run.id + ".json");
+std::optional<RunRecord> ResultsFolder::finished_before(const CampaignRun& run) {
   try {
-    const auto text = read_whole_file(path, file_size::record);
-    if (!text) return std::nullopt;
-    const Json json = parse_json(*text, path);
-    if (json.at("configuration") != run.hash) return std::nullopt;
-    RunRecord record = record_from_json(json.at("run"));
-    if (record.failed()) return std::nullopt;
-    return record;
-  } catch (const Json::exception&) {
-    return std::nullopt;  // not a file of ours, or of another version: the run is done again
-  } catch (const ConfigError&) {
-    return std::nullopt;  // no file that anyone could read
+    const auto kept = read_run_file(file("runs/" + run.id + ".json"));
+    if (!kept || kept->configuration != run.hash || kept->record.failed()) return std::nullopt;
+    require_checksum(*kept, file("runs/" + run.id + ".json"));
+    require_trace(*kept, file("runs/" + run.id + ".trace"));
+    return kept->record;
+  } catch (const ConfigError& error) {
+    log(error.what());
+    distrusted_.push_back(error.what());
+    return std::nullopt;
   }
 }
 
 void ResultsFolder::add(const CampaignRun& run, const RunRecord& record, std::string_view trace) {
   if (!trace.empty()) write_file_atomically(file("runs/" + run.id + ".trace"), trace);
-  write_file_atomically(file("runs/" + run.id + ".json"),
-                        dump({{"configuration", run.hash}, {"run", to_json(record)}}));
+  write_file_atomically(file("runs/" + run.id + ".json"), run_file_text(run.hash, record, trace));
   log(fmt::format("{}: {}", run.id, record.status));
 }
 

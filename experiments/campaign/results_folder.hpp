@@ -22,7 +22,7 @@ void write_inputs(const std::vector<InputFile>& inputs, const std::string& folde
 ///
 ///   resolved.toml, inputs/   the campaign, to run again
 ///   manifest.json            program, machine, seeds, times, counts; status running | finished | interrupted | failed
-///   runs/ID.json             each run as it ends
+///   runs/ID.json             each run as it ends (experiments/campaign/run_file.hpp)
 ///   runs/ID.trace            the same run over time (experiments/campaign/trace.hpp), if it is given
 ///   runs.csv                 all of them in canonical order; absent while the campaign runs
 ///   log.txt                  what happened when
@@ -34,8 +34,11 @@ class ResultsFolder {
   ~ResultsFolder();
 
   const std::string& path() const { return path_; }
-  /// A run that ended before under the same configuration and program, failed ones excepted.
-  std::optional<RunRecord> finished_before(const CampaignRun& run) const;
+  /// A run that ended before under the same configuration and program, failed ones excepted, and those whose files are
+  /// not as they were written.
+  std::optional<RunRecord> finished_before(const CampaignRun& run);
+  /// What was wrong with the latter, a line each.
+  const std::vector<std::string>& distrusted() const { return distrusted_; }
   void add(const CampaignRun& run, const RunRecord& record, std::string_view trace = {});
   void log(std::string_view line);
   /// Writes runs.csv and the last manifest.
@@ -54,6 +57,7 @@ class ResultsFolder {
   int jobs_, lock_ = -1;
   std::string started_;
   std::shared_ptr<spdlog::logger> log_;
+  std::vector<std::string> distrusted_;
 };
 
 }  // namespace solenoid

@@ -9,6 +9,7 @@
 #include "experiments/campaign/simulate.hpp"
 #include "experiments/campaign/trace.hpp"
 
+#include <cstdio>
 #include <filesystem>
 #include <numeric>
 #include <optional>
@@ -37,6 +38,13 @@ RunRecord record_of(const Campaign& campaign, const CampaignRun& run, const Outc
 
 std::string_view trace_of(const Outcome& outcome) {
   return outcome.done ? std::string_view(outcome.text).substr(outcome.text.find('\n') + 1) : std::string_view();
+}
+
+/// One line for results that are there and cannot be believed.
+void tell_distrusted(const std::vector<std::string>& problems) {
+  if (problems.empty()) return;
+  const std::string others = problems.size() > 1 ? fmt::format(" and {} more", problems.size() - 1) : "";
+  std::fprintf(stderr, "solenoid: done again: %s%s\n", problems.front().c_str(), others.c_str());
 }
 
 /// Does the runs that have no record yet; false if interrupted.
@@ -98,6 +106,7 @@ CampaignResult run_campaign(const Campaign& campaign, const CampaignOptions& opt
   try {
     Records records;
     for (const CampaignRun& run : campaign.runs) records.push_back(folder.finished_before(run));
+    tell_distrusted(folder.distrusted());
     result.interrupted = !fill(campaign, jobs, folder, records);
     for (std::optional<RunRecord>& record : records)
       if (record) result.records.push_back(std::move(*record));

@@ -4,7 +4,9 @@
 #include "experiments/cli/value_kinds.hpp"
 #include "experiments/report/campaign_figures.hpp"
 #include "experiments/report/page.hpp"
+#include "experiments/report/results.hpp"
 
+#include <algorithm>
 #include <cstdio>
 
 #include <CLI/CLI.hpp>
@@ -18,18 +20,31 @@ struct ReportArguments {
   bool overview_only = false;
 };
 
+/// Names the runs that the report lacks; the exit code.
+int tell_left_out(const Results& results) {
+  constexpr std::size_t most = 10;
+  for (std::size_t i = 0; i < std::min(most, results.left_out.size()); ++i)
+    std::fprintf(stderr, "solenoid: left out: %s\n", results.left_out[i].reason.c_str());
+  if (results.left_out.size() > most) std::fprintf(stderr, "solenoid: and %zu more\n", results.left_out.size() - most);
+  if (results.unchecked > 0)
+    std::fprintf(stderr,
+                 "solenoid: %d of the runs have no checksum, as a version before wrote them: taken as they are\n",
+                 results.unchecked);
+  return results.left_out.empty() ? success : failure;
+}
+
 int report(const ReportArguments& options) {
+  Results results = read_results(options.folder);
   const std::string& drawing = options.svg.empty() ? options.png : options.svg;
   if (!drawing.empty()) {
-    draw_report_figure(read_results(options.folder), options.figure, drawing,
-                       options.svg.empty() ? FigureFormat::png : FigureFormat::svg);
+    draw_report_figure(results, options.figure, drawing, options.svg.empty() ? FigureFormat::png : FigureFormat::svg);
     write_standard_output(drawing + "\n");
-    if (options.out.empty()) return success;
+    if (options.out.empty()) return tell_left_out(results);
   }
   const std::string path = options.out.empty() ? options.folder + "/report.html" : options.out;
-  write_file_atomically(path, report_of_folder(options.folder, !options.overview_only));
+  write_file_atomically(path, report_of(results, !options.overview_only));
   write_standard_output(path + "\n");
-  return success;
+  return tell_left_out(results);
 }
 
 }  // namespace

@@ -104,22 +104,32 @@ std::string report_page(const Json& data, const std::vector<EmbeddedTrace>& trac
   return page;
 }
 
-std::string report_of_folder(const std::string& folder, bool full) {
-  const Results results = read_results(folder);
+std::string report_of(Results& results, bool full) {
   require_uplot();  // before what takes time
   std::map<std::string, RunCurves> curves;
   std::vector<EmbeddedTrace> traces;
-  for (const StoredRun& run : results.runs) {
+  std::erase_if(results.runs, [&](const StoredRun& run) {
     EmbeddedTrace embedded{run.id, {}, {}};
-    if (const auto trace = read_trace(results, run); trace && !trace->ticks.empty()) {
-      const bool reduced = !full || trace->ticks.size() > most_without_overview;
-      if (reduced) embedded.overview = base64(encode_trace(overview(*trace, overview_spans)));
-      if (full) embedded.full = base64(encode_trace(*trace));
-      curves[run.id] = {trace->solves, !full ? "overview" : reduced ? "both" : "full"};
+    try {
+      if (const auto trace = read_trace(results, run); trace && !trace->ticks.empty()) {
+        const bool reduced = !full || trace->ticks.size() > most_without_overview;
+        if (reduced) embedded.overview = base64(encode_trace(overview(*trace, overview_spans)));
+        if (full) embedded.full = base64(encode_trace(*trace));
+        curves[run.id] = {trace->solves, !full ? "overview" : reduced ? "both" : "full"};
+      }
+    } catch (const ConfigError& error) {
+      results.left_out.push_back({run.id, error.what()});
+      return true;
     }
     traces.push_back(std::move(embedded));
-  }
+    return false;
+  });
   return report_page(report_json(results, curves, false), traces);
+}
+
+std::string report_of_folder(const std::string& folder, bool full) {
+  Results results = read_results(folder);
+  return report_of(results, full);
 }
 
 }  // namespace solenoid

@@ -22,7 +22,10 @@ struct EmbeddedTrace {
 /// or begin markup. Throws as require_uplot does.
 std::string report_page(const nlohmann::ordered_json& data, const std::vector<EmbeddedTrace>& traces);
 
-/// A results folder as such a page. `full`: with every tick of every run, else with overviews only.
+/// Results as such a page. `full`: with every tick of every run, else with overviews only. Runs whose curves cannot be
+/// read are left out, and said so in `results`.
+std::string report_of(Results& results, bool full);
+/// The same of a folder.
 std::string report_of_folder(const std::string& folder, bool full);
 
 /// Throws ConfigError saying how to get it if the program was built without uPlot.

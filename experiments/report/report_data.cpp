@@ -147,7 +147,9 @@ Json report_json(const Results& results, const std::map<std::string, RunCurves>&
                {"system", system_json(system)},
                {"variants", variants_json(results.campaign.variants, system)},
                {"rankings", rankings_json(results.runs)},
-               {"runs", Json::array()}};
+               {"runs", Json::array()},
+               {"left_out", Json::array()}};
+  for (const LeftOut& out : results.left_out) json["left_out"].push_back({{"id", out.id}, {"reason", out.reason}});
   Published published(results);
   for (const StoredRun& run : results.runs) {
     const auto found = curves.find(run.id);

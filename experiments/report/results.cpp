@@ -4,6 +4,7 @@
 #include "core/config/reader.hpp"
 #include "experiments/base/bounded_json.hpp"
 #include "experiments/base/files.hpp"
+#include "experiments/campaign/run_file.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
 
 #include <algorithm>
@@ -38,21 +39,24 @@ const T* find(const std::vector<T>& configs, const std::string& name) {
   return i < configs.size() ? &configs[i] : nullptr;
 }
 
-std::vector<StoredRun> read_runs(const std::string& folder) {
-  std::vector<StoredRun> runs;
+/// Runs, and those that are there but not as they were written, which do not keep the others from being read.
+void read_runs(const std::string& folder, Results& results) {
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
     if (entry.path().extension() != ".json") continue;
-    const Json json = read_json(entry.path().string(), file_size::record);
+    const std::string id = entry.path().stem().string();
     try {
-      runs.push_back({entry.path().stem().string(), record_from_json(json.at("run"))});
-    } catch (const Json::exception& problem) {
-      throw ConfigError(
-          fmt::format("{}: {} (allowed: {})", entry.path().string(), problem_with_json(problem), allowed));
+      const auto file = read_run_file(entry.path().string());
+      if (!file) throw ConfigError(fmt::format("{}: cannot be read (allowed: {})", entry.path().string(), allowed));
+      require_trace(*file, fs::path(entry.path()).replace_extension(".trace").string());
+      results.runs.push_back({id, file->record});
+      results.unchecked += !file->checked;
+    } catch (const ConfigError& problem) {
+      results.left_out.push_back({id, problem.what()});
     }
   }
   if (error) throw ConfigError(fmt::format("{}: {} (allowed: {})", folder, error.message(), allowed));
-  return runs;
+  std::ranges::sort(results.left_out, {}, &LeftOut::id);
 }
 
 /// A folder may still hold runs of a campaign that it was used for before.
@@ -72,6 +76,8 @@ const ScenarioConfig* Results::scenario(const std::string& name) const { return 
 const StoredRun& Results::run(const std::string& id) const {
   const auto found = std::ranges::find(runs, id, &StoredRun::id);
   if (found != runs.end()) return *found;
+  if (const auto out = std::ranges::find(left_out, id, &LeftOut::id); out != left_out.end())
+    throw ConfigError(out->reason);
   constexpr std::size_t most = 12;
   std::string known;
   for (std::size_t i = 0; i < std::min(runs.size(), most); ++i) known += (i ? ", " : "") + runs[i].id;
@@ -99,7 +105,7 @@ Results read_results(const std::string& folder) {
   if (!fs::is_regular_file(resolved, ignored))
     throw ConfigError(fmt::format("{}: is missing (allowed: {})", resolved, allowed));
   results.campaign = read_campaign(resolved);
-  results.runs = read_runs(folder + "/runs");
+  read_runs(folder + "/runs", results);
   std::erase_if(results.runs, [&](const StoredRun& run) { return !belongs_to(results, run.record); });
   sort_runs(results.campaign, results.runs);
   return results;

@@ -17,12 +17,19 @@ struct StoredRun {
   RunRecord record;
 };
 
+/// A run whose files are there and not as they were written, and why: one line that names the file.
+struct LeftOut {
+  std::string id, reason;
+};
+
 /// A results folder of `compare` or `run`, read back.
 struct Results {
   std::string folder;
   nlohmann::ordered_json manifest;
-  Campaign campaign;            ///< of resolved.toml
-  std::vector<StoredRun> runs;  ///< by scenario, variant and seed, as far as they are there
+  Campaign campaign;              ///< of resolved.toml
+  std::vector<StoredRun> runs;    ///< by scenario, variant and seed, as far as they are there
+  std::vector<LeftOut> left_out;  ///< by ID
+  int unchecked = 0;              ///< runs that a version before wrote, without checksums
 
   /// Nothing for a name that is not the campaign's.
   const VariantConfig* variant(const std::string& name) const;
@@ -31,7 +38,7 @@ struct Results {
   const StoredRun& run(const std::string& id) const;
 };
 
-/// Throws ConfigError naming the file and what is wrong with it. A folder in which a campaign is still running is fine.
+/// Throws ConfigError naming the file and what is wrong with it, but for runs, which are left out one by one. A folder in which a campaign is still running is fine.
 Results read_results(const std::string& folder);
 
 /// The run over time, from runs/ID.trace or from the log ID.mcap; none if neither is there. Throws ConfigError for

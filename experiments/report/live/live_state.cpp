@@ -4,6 +4,7 @@
 #include "core/config/reader.hpp"
 #include "experiments/base/bounded_json.hpp"
 #include "experiments/base/files.hpp"
+#include "experiments/campaign/run_file.hpp"
 #include "experiments/rig/log/tick_fields.hpp"
 
 #include <algorithm>
@@ -34,7 +35,7 @@ LiveState::LiveState(const Campaign& campaign, const std::string& folder, bool o
   results_.folder = folder;
   results_.campaign = campaign;
   results_.manifest = {{"campaign", campaign.name}, {"status", "running"}};
-  manifest_text_ = read_whole_file(folder + "/manifest.json").value_or("");
+  manifest_text_ = read_whole_file(folder + "/manifest.json", file_size::json).value_or("");
   for (const CampaignRun& run : campaign.runs) {
     std::error_code error;
     const auto written = std::filesystem::last_write_time(file_of(run), error);
@@ -45,13 +46,17 @@ LiveState::LiveState(const Campaign& campaign, const std::string& folder, bool o
 std::string LiveState::file_of(const CampaignRun& run) const { return results_.folder + "/runs/" + run.id + ".json"; }
 
 bool LiveState::read_manifest() {
-  const auto text = read_whole_file(results_.folder + "/manifest.json");
+  const auto text = read_whole_file(results_.folder + "/manifest.json", file_size::json);
   if (!text || *text == manifest_text_) return false;
-  Json json = parse_json(*text, "manifest.json");
-  if (!json.is_object()) return false;
-  manifest_text_ = *text;
-  results_.manifest = std::move(json);
-  return true;
+  try {
+    Json json = parse_json(*text, "manifest.json");
+    if (!json.is_object()) return false;
+    manifest_text_ = *text;
+    results_.manifest = std::move(json);
+    return true;
+  } catch (const ConfigError&) {
+    return false;
+  }
 }
 
 bool LiveState::read_run(const CampaignRun& run) {
@@ -59,12 +64,11 @@ bool LiveState::read_run(const CampaignRun& run) {
   const auto written = std::filesystem::last_write_time(file_of(run), error);
   const auto earlier = left_aside_.find(run.id);
   if (error || (earlier != left_aside_.end() && earlier->second == written)) return false;
-  const auto text = read_whole_file(file_of(run));
-  if (!text) return false;
   try {
-    const Json json = parse_json(*text, file_of(run));
-    if (json.at("configuration") != run.hash) return false;  // of an earlier program or campaign: it is being repeated
-    StoredRun stored{run.id, record_from_json(json.at("run"))};
+    const auto file = read_run_file(file_of(run));
+    // Of an earlier program or campaign: it is being repeated.
+    if (!file || file->configuration != run.hash) return false;
+    StoredRun stored{run.id, file->record};
     if (const auto trace = read_trace(results_, stored); trace && !trace->ticks.empty())
       curves_[run.id] = {trace->solves, "served"};
     results_.runs.push_back(std::move(stored));

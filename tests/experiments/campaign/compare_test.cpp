@@ -135,6 +135,36 @@ TEST(Compare, ResumesWhatIsTheSameAndRepeatsWhatChanged) {
   EXPECT_EQ(read_csv(text_of(folder.file("o/runs.csv"))).size(), 8u);
 }
 
+TEST(Compare, ResumesOnlyWhatIsAsItWasWritten) {
+  Folder folder;
+  folder.write("c.toml", small_campaign);
+  ASSERT_EQ(run_program(folder, "compare c.toml --out o").exit_code, 0);
+  const std::string before = without_timing(text_of(folder.file("o/runs.csv")));
+  const std::string json = "o/runs/step--nine_pd--s3.json", trace = "o/runs/step--nine_pd--s3.trace";
+  const std::string whole_json = text_of(folder.file(json)), whole_trace = text_of(folder.file(trace));
+  const auto done_again = [&](const std::string& file) {
+    const ProgramRun again = run_program(folder, "compare c.toml --out o");
+    EXPECT_EQ(again.exit_code, 0);
+    EXPECT_THAT(again.err, HasSubstr("7 of 8 runs are there already"));
+    EXPECT_THAT(again.err, HasSubstr("solenoid: done again: " + file));
+    EXPECT_EQ(without_timing(text_of(folder.file("o/runs.csv"))), before);
+    EXPECT_THAT(run_program(folder, "compare c.toml --out o").err, HasSubstr("8 of 8 runs are there already"));
+  };
+  std::string edited = whole_json;
+  const std::size_t value = edited.find("\"rmse_mm\": ") + 11;
+  edited.replace(value, edited.find(',', value) - value, "1e-6");
+  folder.write(json, edited);
+  done_again(json + ": is damaged");
+  folder.write(json, whole_json.substr(0, whole_json.size() / 2));
+  done_again(json + ":");
+  folder.write(json, whole_json.substr(0, whole_json.find(",\n  \"checksums\"")) + "\n}\n");
+  done_again(json + ": has no checksum");
+  folder.write(trace, whole_trace.substr(0, whole_trace.size() - 1));
+  done_again(trace + ": is damaged");
+  std::filesystem::remove(folder.file(trace));
+  done_again(trace + ": is missing");
+}
+
 TEST(Compare, TheResolvedConfigurationIsTheSameCampaign) {
   Folder folder;
   folder.write("points.csv", "time_s,position_m\n0,0.0197\n0.1,0.03\n0.3,0.04\n");

@@ -14,6 +14,7 @@
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
+#include <zlib.h>
 
 namespace solenoid {
 namespace {
@@ -289,6 +290,50 @@ TEST(Trace, DamagedBytesAreRefused) {
   for (std::size_t size = 0; size < bytes.size(); size += 7)
     EXPECT_THROW(decode_trace(std::string_view(bytes).substr(0, size)), std::invalid_argument) << size;
   EXPECT_THROW(decode_trace("variant,scenario\n"), std::invalid_argument);
+}
+
+/// Bytes as they may come from anywhere: a header of our own, and so much of what follows it.
+std::string forged_trace(const std::string& header, std::size_t body) {
+  std::string text;
+  for (int byte = 0; byte < 4; ++byte) text += static_cast<char>(header.size() >> (8 * byte) & 0xff);
+  text += header + std::string(body, '\0');
+  uLongf size = compressBound(text.size());
+  std::string bytes(size, '\0');
+  compress(reinterpret_cast<Bytef*>(bytes.data()), &size, reinterpret_cast<const Bytef*>(text.data()), text.size());
+  return "SLT2" + bytes.substr(0, size);
+}
+
+std::string refusal_of_trace(const std::string& bytes) {
+  try {
+    decode_trace(bytes);
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), testing::Not(testing::HasSubstr("json.exception")));
+    return error.what();
+  }
+  return "nothing";
+}
+
+TEST(Trace, InflatesToWhatItsHeaderTellsAndNoMore) {
+  const auto header = [](const std::string& columns, const std::string& solves = R"("first":0,"counts":[])",
+                         const std::string& samples = "1") {
+    return R"({"samples":)" + samples +
+           R"(,"tick_s":0.001,"modes":[],"measured":false,"derived":[],"panels":[],"solves":{)" + solves +
+           R"(},"columns":[)" + columns + "]}";
+  };
+  const auto column = [](const std::string& bytes) {
+    return R"({"name":"tick","unit":"","resolution":1.0,"order":1,"bytes":)" + bytes + "}";
+  };
+  EXPECT_EQ(refusal_of_trace(forged_trace(header(column("1")), 1)), "nothing");
+  EXPECT_THAT(refusal_of_trace(forged_trace(header(column("1")), 100'000'000)), testing::HasSubstr("more bytes"));
+  EXPECT_THAT(refusal_of_trace(forged_trace(header(column("200000000")), 1)), testing::HasSubstr("too large"));
+  EXPECT_THAT(refusal_of_trace(forged_trace(header(column("100000000")), 1)), testing::HasSubstr("damaged"));
+  EXPECT_NE(refusal_of_trace(forged_trace(header(column("-1")), 1)), "nothing");
+  EXPECT_THAT(refusal_of_trace(forged_trace(header(column("1"), R"("first":-2000000000,"counts":[1])"), 1)),
+              testing::HasSubstr("bins"));
+  EXPECT_NE(refusal_of_trace(forged_trace(header("", R"("first":0,"counts":[])", "1000000000000"), 1)), "nothing");
+  EXPECT_THAT(refusal_of_trace(forged_trace(std::string(100'000, '['), 1)), testing::HasSubstr("nested"));
+  EXPECT_THAT(refusal_of_trace(forged_trace(std::string(2'000'000, ' '), 1)), testing::HasSubstr("too large"));
+  EXPECT_THAT(refusal_of_trace(forged_trace("{}", 1)), testing::HasSubstr("not found"));
 }
 
 TEST(Trace, TheReportsPageReadsTheSameNumbers) {

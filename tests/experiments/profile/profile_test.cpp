@@ -213,7 +213,7 @@ TEST(Profile, JsonCsvAndTheGateOfTheProgram) {
     folder.write("bad.json", text);
     const ProgramRun bad = run_program(folder, some + "--against bad.json");
     EXPECT_EQ(bad.exit_code, 2) << text;
-    EXPECT_THAT(bad.err, HasSubstr("bad.json: no profile"));
+    EXPECT_THAT(bad.err, HasSubstr("what profile --save wrote"));
   }
 }
 

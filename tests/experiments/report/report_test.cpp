@@ -1,3 +1,4 @@
+#include "experiments/campaign/run_file.hpp"
 #include "experiments/report/page.hpp"
 #include "experiments/report/report_data.hpp"
 #include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
@@ -150,9 +151,10 @@ TEST(Report, AThousandRunsStaySmall) {
         return folder.file(fmt::format("r/runs/{}--s{}.{}", cell, s, kind));
       };
       if (seed <= 4) continue;
-      ordered_json json = ordered_json::parse(test::text_of(file(3, "json")));
-      json["run"]["seed"] = seed;
-      std::ofstream(file(seed, "json")) << json;
+      RunFile kept = read_run_file(file(3, "json")).value();
+      kept.record.seed = static_cast<std::uint64_t>(seed);
+      std::ofstream(file(seed, "json")) << run_file_text(kept.configuration, kept.record,
+                                                         test::text_of(file(3, "trace")));
       std::filesystem::copy(file(3, "trace"), file(seed, "trace"));
     }
   }
@@ -230,13 +232,45 @@ TEST(Report, BadFoldersAreRefusedByName) {
   refused("r --svg a.svg", "r/resolved.toml: is missing");
   fresh();
   folder.write("r/runs/step--nine_pd--s3.json", "{\"run\": {\"variant\": 3}}");
-  refused("r --svg a.svg", "r/runs/step--nine_pd--s3.json");
+  refused("r --figure step--nine_pd--s3 --svg a.svg", "r/runs/step--nine_pd--s3.json");
   fresh();
   folder.write("r/runs/step--nine_pd--s3.trace", "SLT2 and then rubbish");
-  refused("r --figure solve_time --svg a.svg", "r/runs/step--nine_pd--s3.trace: a trace's");
+  refused("r --figure step--nine_pd--s3 --svg a.svg", "r/runs/step--nine_pd--s3.trace: is damaged");
   fresh();
   refused("r --figure nothing --svg a.svg", "no run 'nothing'");
   refused("r --figure pareto", "--figure: nothing to draw it into");
+}
+
+TEST(Report, DamagedRunsAreLeftOutNamedAndShownAsMissing) {
+  NEEDS_UPLOT();
+  const test::Folder folder;
+  const auto fresh = [&] {
+    std::filesystem::remove_all(folder.file("r"));
+    std::filesystem::copy(small_results().file("results"), folder.file("r"), std::filesystem::copy_options::recursive);
+  };
+  const auto left_out = [&](const std::string& file) {
+    const test::ProgramRun report = test::run_program(folder, "report r");
+    EXPECT_EQ(report.exit_code, 1) << file;
+    EXPECT_EQ(report.out, "r/report.html\n");
+    EXPECT_THAT(report.err, HasSubstr("solenoid: left out: r/runs/" + file));
+    const ordered_json data = data_of(test::text_of(folder / "r/report.html"));
+    ASSERT_EQ(data.at("left_out").size(), 1u);
+    EXPECT_EQ(data["left_out"][0].at("id"), "step--nine_pd--s3");
+    for (const auto& run : data.at("runs")) EXPECT_NE(run.at("id"), "step--nine_pd--s3");
+    EXPECT_FALSE(data.at("runs").empty());
+  };
+  fresh();
+  folder.write("r/runs/step--nine_pd--s3.json", std::string(200'000, '['));
+  left_out("step--nine_pd--s3.json");
+  fresh();
+  folder.write("r/runs/step--nine_pd--s3.json", "{}");
+  left_out("step--nine_pd--s3.json");
+  fresh();
+  folder.write("r/runs/step--nine_pd--s3.trace", "");
+  left_out("step--nine_pd--s3.trace");
+  fresh();
+  std::filesystem::remove(folder.file("r/runs/step--nine_pd--s3.trace"));
+  left_out("step--nine_pd--s3.trace");
 }
 
 TEST(ThesisCell, IsFoundByTheLawAndTheTaskNotByNames) {
