@@ -46,7 +46,7 @@ This product includes software developed by the University of Chicago, as Operat
 (Minpack, in Eigen). Eigen's source is to be had from Debian, package eigen3.
 ")
   foreach(package libeigen3-dev libxsimd-dev libfmt-dev libspdlog-dev libcli11-dev libtomlplusplus-dev nlohmann-json3-dev
-                  libcpp-httplib-dev libboost-dev pybind11-dev)
+                  libboost-dev pybind11-dev)
     if(EXISTS /usr/share/doc/${package}/copyright)
       file(READ /usr/share/doc/${package}/copyright notice)
       string(REPEAT "=" 100 rule)

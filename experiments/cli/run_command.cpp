@@ -156,7 +156,7 @@ int run(const RunArguments& chosen) {
   std::optional<LiveServer> server;
   if (options.live) {
     server.emplace(campaign, folder, options.live_port, LiveServer::Earlier::repeated);
-    options.session.udp_ports.push_back(server->tick_port());
+    options.session.live_socket = server->tick_socket();
     fmt::print(stderr, "live page at {}\n", server->url());
   }
   std::signal(SIGUSR1, [](int) { rearm_signal.store(true); });

@@ -196,6 +196,7 @@ RunLogSettings log_settings(const SessionSettings& settings, const SystemDescrip
           .name = settings.log_name,
           .start_ns = wall_ns(),
           .udp_ports = settings.udp_ports,
+          .live_socket = settings.live_socket,
           .about = settings.about,
           .write = disk_with(settings.faults)};
 }

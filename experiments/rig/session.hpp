@@ -33,6 +33,7 @@ struct SessionSettings {
   double rearm_wait_s = 0.0;          ///< in SAFE: wait so long for a re-arm before the run ends
   std::string log_folder, log_name = "run";
   std::vector<int> udp_ports;  ///< of 127.0.0.1, which get every tenth tick as JSON
+  int live_socket = -1;        ///< of the live page, which gets the same as a message
   std::map<std::string, std::string> about;
   std::function<void()> after_last_tick = [] {};  ///< before the log is closed: the plant's own safe state
 };

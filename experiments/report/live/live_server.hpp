@@ -11,7 +11,7 @@ namespace solenoid {
 inline constexpr int usual_live_port = 8642;
 
 /// Serves the report of a results folder on 127.0.0.1 while the folder fills, from a process of its own: it only reads
-/// files and, of a run in real time, datagrams with ticks, so it can neither delay nor break what it shows. It ends
+/// files and, of a run in real time, messages with ticks, so it can neither delay nor break what it shows. It ends
 /// with this object, and with the program however that ends.
 ///
 ///   /                      the page
@@ -33,14 +33,14 @@ class LiveServer {
   LiveServer& operator=(const LiveServer&) = delete;
 
   std::string url() const;
-  /// UDP port of 127.0.0.1 that takes ticks as RunLog sends them.
-  int tick_port() const { return tick_port_; }
+  /// A socket that takes ticks as RunLog sends them, a message each; nobody else can send there.
+  int tick_socket() const { return tick_socket_; }
   /// Serves on until Ctrl-C. Needs an InterruptGuard.
   void stay() const;
 
  private:
   pid_t process_ = -1;
-  int port_ = 0, tick_port_ = 0;
+  int port_ = 0, tick_socket_ = -1;
 };
 
 }  // namespace solenoid

@@ -25,6 +25,17 @@ constexpr double look_s = 0.02;  // between two looks into the ring
 constexpr double sync_s = 1.0;   // what a loss of power may take
 constexpr int live_every = 10;   // ticks
 
+/// From nowhere else than this machine: what is not bound takes from every net. -1 if there is none.
+int loopback_socket() {
+  const int descriptor = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  sockaddr_in at{};
+  at.sin_family = AF_INET;
+  at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  if (descriptor >= 0 && ::bind(descriptor, reinterpret_cast<const sockaddr*>(&at), sizeof at) == 0) return descriptor;
+  if (descriptor >= 0) ::close(descriptor);
+  return -1;
+}
+
 }  // namespace
 
 RunLog::RunLog(RunLogSettings settings, std::function<void(const TickRecord&)> keep)
@@ -35,7 +46,7 @@ RunLog::RunLog(RunLogSettings settings, std::function<void(const TickRecord&)> k
       ring_(settings_.ring_ticks) {
   file_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (file_ < 0) throw OutputError(fmt::format("{}: cannot be written: {}", path_, std::strerror(errno)));
-  if (!settings_.udp_ports.empty()) live_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (!settings_.udp_ports.empty()) live_ = loopback_socket();
   mcap_ = std::make_unique<McapWriter>([this](std::string_view bytes) { write_file(bytes); },
                                        "solenoid " + build_info().version);
   settings_.about["system"] = settings_.system->name;
@@ -93,7 +104,7 @@ void RunLog::take(const TickRecord& tick) {
   keep_(tick);
   format_.json(tick, json_);
   mcap_->write(tick_channel_, time_ns(tick.sensors.time_s), json_);
-  if (live_ >= 0 && ticks_ % live_every == 0) send_live(json_);
+  if (ticks_ % live_every == 0) send_live(json_);
   ++ticks_;
   last_.push_back(tick);
   if (last_.size() > settings_.black_box_ticks) last_.pop_front();
@@ -130,6 +141,8 @@ void RunLog::dump_black_box() {
 }
 
 void RunLog::send_live(const std::string& json) {
+  if (settings_.live_socket >= 0) ::send(settings_.live_socket, json.data(), json.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+  if (live_ < 0) return;
   for (const int port : settings_.udp_ports) {
     sockaddr_in to{};
     to.sin_family = AF_INET;

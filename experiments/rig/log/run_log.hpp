@@ -29,6 +29,7 @@ struct RunLogSettings {
   std::size_t black_box_ticks = 2000;        ///< of the dump on a fault: so many before it
   double flush_s = 0.25;                     ///< a chunk of the log
   std::vector<int> udp_ports;                ///< of 127.0.0.1, which get every tenth tick as JSON
+  int live_socket = -1;                      ///< of the live page, which gets the same as a message
   std::map<std::string, std::string> about;  ///< of the run: what a replay needs
   /// How bytes reach the file: as ::write, or a disk that fails on purpose.
   std::function<ssize_t(int file, const char* bytes, std::size_t size)> write = ::write;
