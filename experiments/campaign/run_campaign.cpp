@@ -33,7 +33,7 @@ std::string simulate_run(const Campaign& campaign, const CampaignRun& run, bool 
 
 RunRecord record_of(const Campaign& campaign, const CampaignRun& run, const Outcome& outcome) {
   if (!outcome.done) return failed_record(campaign, run, outcome.text);
-  return record_from_json(nlohmann::ordered_json::parse(outcome.text.substr(0, outcome.text.find('\n'))));
+  return record_from_json(nlohmann::ordered_json::parse(outcome.text.substr(0, outcome.text.find('\n'))), run.id);
 }
 
 std::string_view trace_of(const Outcome& outcome) {

@@ -43,7 +43,7 @@ std::optional<RunFile> read_run_file(const std::string& path) {
   if (!text) return std::nullopt;
   const auto json = parse_json(*text, path, as_written);
   try {
-    RunFile file{json.at("configuration").get<std::string>(), record_from_json(json.at("run")), false, {}};
+    RunFile file{json.at("configuration").get<std::string>(), record_from_json(json.at("run"), path), false, {}};
     const auto checksums = json.find("checksums");
     if (checksums == json.end()) return file;
     file.checked = true;

@@ -1,9 +1,12 @@
 #include "experiments/campaign/run_record.hpp"
 
 #include "controllers/systems.hpp"
+#include "core/config/reader.hpp"
 #include "experiments/campaign/simulated_system.hpp"
 
 #include <cmath>
+#include <cstdint>
+#include <type_traits>
 #include <vector>
 
 #include <fmt/format.h>
@@ -55,6 +58,40 @@ RunRecord described(const Campaign& campaign, const CampaignRun& run) {
           {},
           campaign.system->name()};
 }
+
+/// Reads values by their keys; every refusal names file and key.
+class RecordReader {
+ public:
+  RecordReader(const Json& object, std::string name, std::string path = "run")
+      : object_(object), name_(std::move(name)), path_(std::move(path)) {}
+
+  template <class T>
+  T value(const std::string& key) const {
+    const Json& found = at(key);
+    if constexpr (std::is_same_v<T, std::string>) {
+      if (!found.is_string()) refuse(key, "wrong type (allowed: a text)");
+    } else {
+      constexpr double low = std::is_floating_point_v<T> ? -1e300 : 0.0;  // no whole number of a record is below 0
+      constexpr double high = std::is_same_v<T, int> ? 2147483647.0 : std::is_floating_point_v<T> ? 1e300 : 18e18;
+      const double number = found.is_number() ? found.template get<double>() : -1e301;
+      if (number < low || number > high) refuse(key, fmt::format("refused (allowed: {:g} to {:g})", low, high));
+    }
+    return found.template get<T>();
+  }
+  RecordReader inside(const std::string& key) const { return {at(key), name_, path_ + "." + key}; }
+
+ private:
+  const Json& at(const std::string& key) const {
+    if (!object_.is_object() || !object_.contains(key)) refuse(key, "missing (allowed: what `compare` wrote)");
+    return object_.at(key);
+  }
+  [[noreturn]] void refuse(const std::string& key, const std::string& problem) const {
+    throw ConfigError(fmt::format("{}: key '{}.{}': {}", name_, path_, key, problem));
+  }
+
+  const Json& object_;
+  std::string name_, path_;
+};
 
 /// Quoted when a CSV reader would need it.
 std::string csv_text(const std::string& text) {
@@ -113,24 +150,25 @@ Json to_json(const RunRecord& record) {
   return json;
 }
 
-RunRecord record_from_json(const Json& json) {
+RunRecord record_from_json(const Json& json, const std::string& name) {
+  const RecordReader run(json, name);
   RunRecord record;
-  record.system = json.value("system", "");
-  json.at("variant").get_to(record.variant);
-  json.at("scenario").get_to(record.scenario);
-  json.at("trajectory").get_to(record.trajectory);
+  record.system = json.is_object() && json.contains("system") ? run.value<std::string>("system") : "";
+  record.variant = run.value<std::string>("variant");
+  record.scenario = run.value<std::string>("scenario");
+  record.trajectory = run.value<std::string>("trajectory");
   for (const Signal& condition : description_of(record).conditions)
-    record.conditions.push_back(json.at(condition.key).get<double>());
-  json.at("seed").get_to(record.seed);
-  json.at("status").get_to(record.status);
+    record.conditions.push_back(run.value<double>(condition.key));
+  record.seed = run.value<std::uint64_t>("seed");
+  record.status = run.value<std::string>("status");
   if (!record.ok()) return record;
   Metrics m;
   for (const MetricColumn& metric : description_of(record).metrics)
-    if (const auto value = json.find(metric.key); value != json.end()) m.set(metric.key, value->get<double>());
+    if (json.contains(metric.key)) m.set(metric.key, run.value<double>(metric.key));
   for (const SolverColumn& column : solver_columns) {
-    if (column.number) json.at(column.name).get_to(m.*column.number);
-    if (column.count) json.at(column.name).get_to(m.*column.count);
-    if (column.solve_us) json.at("solve_us").at(column.inner).get_to(m.solve_us.*column.solve_us);
+    if (column.number) m.*column.number = run.value<double>(column.name);
+    if (column.count) m.*column.count = run.value<int>(column.name);
+    if (column.solve_us) m.solve_us.*column.solve_us = run.inside("solve_us").value<double>(column.inner);
   }
   record.metrics = m;
   return record;

@@ -36,8 +36,8 @@ RunRecord failed_record(const Campaign& campaign, const CampaignRun& run, const 
 
 /// The run's object in `{"runs": [...]}`: names of the design, metrics only for a run that ended well.
 nlohmann::ordered_json to_json(const RunRecord& record);
-/// The inverse. Throws nlohmann::json::exception for anything else.
-RunRecord record_from_json(const nlohmann::ordered_json& json);
+/// The inverse. Throws ConfigError with `name`, the file, and the key for anything else.
+RunRecord record_from_json(const nlohmann::ordered_json& json, const std::string& name);
 
 /// The same as a table: a heading line, then one line a run; numbers with all their digits, the timing columns
 /// beginning with solve_us_; a run without metrics leaves them empty.

@@ -120,11 +120,35 @@ TEST(RunRecord, SurvivesJsonAndCsv) {
   m["coil_switches"] = 12;
   m.solve_us.p999 = 1.0 / 3.0;
   const RunRecord ok = record_of(campaign, campaign.runs[5], m);
-  const RunRecord back = record_from_json(nlohmann::ordered_json::parse(to_json(ok).dump()));
+  const RunRecord back = record_from_json(nlohmann::ordered_json::parse(to_json(ok).dump()), "a.json");
   EXPECT_EQ(back.metrics->number("rmse_mm"), 0.1 + 0.2);
   EXPECT_EQ(back.metrics->solve_us.p999, 1.0 / 3.0);
   EXPECT_EQ(to_csv(std::vector{back}), to_csv(std::vector{ok}));
   EXPECT_THAT(to_csv(std::vector{ok}), HasSubstr("0.30000000000000004"));
+}
+
+TEST(RunRecord, ThatIsNoneIsRefusedWithFileAndKey) {
+  Campaign campaign = read_campaign("default");
+  const nlohmann::ordered_json whole = to_json(record_of(campaign, campaign.runs[5], no_metrics()));
+  const auto refused = [](const nlohmann::ordered_json& json) {
+    try {
+      record_from_json(json, "a.json");
+    } catch (const ConfigError& error) {
+      return std::string(error.what());
+    }
+    return std::string("nothing");
+  };
+  EXPECT_EQ(refused(whole), "nothing");
+  for (const auto& no_record : {nlohmann::ordered_json(), nlohmann::ordered_json(3), nlohmann::ordered_json::array()})
+    EXPECT_THAT(refused(no_record), HasSubstr("a.json: key 'run.variant': missing (allowed: "));
+  for (const auto& [key, value] : whole.items()) {
+    auto other = whole;
+    other[key] = nlohmann::ordered_json::array();
+    EXPECT_THAT(refused(other), HasSubstr("a.json: key 'run." + key)) << key;
+  }
+  auto negative = whole;
+  negative["seed"] = -1;
+  EXPECT_THAT(refused(negative), HasSubstr("a.json: key 'run.seed': refused (allowed: 0 to"));
 }
 
 TEST(RunRecord, UnstableAndFailedRunsHaveAStatusAndNoMetrics) {

@@ -64,6 +64,13 @@ class Background {
     ADD_FAILURE() << pattern << " never came: " << test::text_of(errors_);
     return {};
   }
+  /// Itself and its children.
+  std::vector<std::string> processes() const {
+    std::vector<std::string> all = {std::to_string(process_)};
+    std::ifstream children(fmt::format("/proc/{0}/task/{0}/children", process_));
+    for (std::string child; children >> child;) all.push_back(child);
+    return all;
+  }
   /// Sends the signal; the exit code.
   int stop(int signal) {
     kill(process_, signal);
@@ -89,6 +96,18 @@ std::string fetch(const std::string& url, const std::string& path, const std::st
                   port.substr(0, port.size() - 1), request, folder.file("answer"));
   [[maybe_unused]] const int status = std::system(command.c_str());
   return test::text_of(folder / "answer");
+}
+
+/// Whether the process has a socket for datagrams of any net.
+bool takes_datagrams(const std::string& process) {
+  const std::string udp = test::text_of("/proc/net/udp") + test::text_of("/proc/net/udp6");
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/" + process + "/fd", ignored)) {
+    const std::string link = std::filesystem::read_symlink(entry.path(), ignored).string();
+    if (link.starts_with("socket:[") && udp.find(" " + link.substr(8, link.size() - 9) + " ") != std::string::npos)
+      return true;
+  }
+  return false;
 }
 
 std::string body_of(const std::string& answer) { return answer.substr(answer.find("\r\n\r\n") + 4); }
@@ -154,6 +173,21 @@ TEST(LivePage, AnswersOnlyItsOwnNameAndItsOwnRuns) {
   EXPECT_EQ(compare.stop(SIGTERM), 0);
 }
 
+TEST(LivePage, GivesFilesOfItsRunsAndNothingElse) {
+  NEEDS_UPLOT();
+  const test::Folder folder;
+  folder.write("c.toml", test::small_campaign);
+  folder.write("secret", "secret");
+  Background compare(folder, {"compare", "c.toml", "--out", "r", "--live"});
+  const std::string url = compare.wait_for("live page at (http://127.0.0.1:[0-9]+/)");
+  compare.wait_for("(until Ctrl-C)");
+  for (const char* path : {"/../secret", "/trace/../../secret", "/trace/..%2f..%2fsecret", "/trace/%2e%2e/manifest",
+                           "/manifest.json", "/runs/loaded--nine_pd--s3.json", "/trace/", "//"})
+    EXPECT_THAT(fetch(url, path), testing::StartsWith("HTTP/1.1 404")) << path;
+  EXPECT_THAT(fetch(url, "/", "evil.example"), testing::StartsWith("HTTP/1.1 403"));
+  EXPECT_THAT(fetch(url, "/trace/loaded--nine_pd--s3"), testing::StartsWith("HTTP/1.1 200"));
+}
+
 TEST(LivePage, ShowsARunInRealTimeAsItsTicksCome) {
   NEEDS_UPLOT();
   const test::Folder folder;
@@ -166,6 +200,8 @@ TEST(LivePage, ShowsARunInRealTimeAsItsTicksCome) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   EXPECT_EQ(ticks.at("run"), "cycloidal--thesis_pd--s1");
+  for (const std::string& process : run.processes())
+    EXPECT_FALSE(takes_datagrams(process)) << "anyone could send ticks";
   EXPECT_EQ(ticks.at("columns").at("position").size(), ticks.at("columns").at("tick").size());
   run.wait_for("(until Ctrl-C)");
   std::this_thread::sleep_for(std::chrono::milliseconds(400));

@@ -271,6 +271,12 @@ TEST(Report, DamagedRunsAreLeftOutNamedAndShownAsMissing) {
   fresh();
   std::filesystem::remove(folder.file("r/runs/step--nine_pd--s3.trace"));
   left_out("step--nine_pd--s3.trace");
+  fresh();  // with checksums that are right
+  const RunFile kept = read_run_file(folder.file("r/runs/step--nine_pd--s3.json")).value();
+  folder.write("r/runs/step--nine_pd--s3.trace", "SLT2 and then rubbish");
+  folder.write("r/runs/step--nine_pd--s3.json",
+               run_file_text(kept.configuration, kept.record, "SLT2 and then rubbish"));
+  left_out("step--nine_pd--s3.trace: a trace's");
 }
 
 TEST(ThesisCell, IsFoundByTheLawAndTheTaskNotByNames) {
