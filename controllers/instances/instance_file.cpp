@@ -292,6 +292,15 @@ void read_config(const Reader& in, const InstanceSet& set, VariantInstances& v) 
   v.config = read_variant(table, v.name);
 }
 
+/// What motions tell a controller must be something that its system is told.
+void require_tasks(const Reader& in, const InstanceSet& set, const VariantConfig& variant) {
+  try {
+    for (const RecordedMotion& m : set.motions) told(variant, m);
+  } catch (const ConfigError& error) {
+    in.fail(error.what());
+  }
+}
+
 /// Everything between version and checksum.
 template <class File, class Set>
 void body(File& file, std::uint32_t version, Set& set) {
@@ -302,6 +311,7 @@ void body(File& file, std::uint32_t version, Set& set) {
     text(file, v.name);
     text(file, v.toml);
     if constexpr (File::reading) read_config(file, set, v);
+    if constexpr (File::reading) require_tasks(file, set, v.config);
     const Shape shape = shape_of(v.config);
     for (const RecordedMotion& m : set.motions)
       file.require(m.width == shape.outputs, "motions of other outputs than the variant's (allowed: one system a set)");

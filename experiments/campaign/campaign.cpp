@@ -153,6 +153,9 @@ class CampaignReader {
     for (const InputFile& input : campaign_.inputs) resolved_.carry(input.name, input.text);
     campaign_.resolved_toml =
         "# Everything this campaign ran; `solenoid compare` runs it again.\n" + toml_text(root) + "\n";
+    if (campaign_.resolved_toml.size() > file_size::configuration)  // nobody could read the results
+      library_.root().fail("scenario", fmt::format("with all that it stands for the campaign is {} bytes (allowed: {})",
+                                                   campaign_.resolved_toml.size(), file_size::configuration));
     campaign_.resolved = std::make_shared<const Document>(std::move(resolved_));
     return std::move(campaign_);
   }

@@ -20,7 +20,7 @@ constexpr std::string_view magic = "SLT2", magic_before = "SLT1";
 constexpr std::int64_t no_number = std::int64_t{1} << 46;  // with its differences, exact as a double
 constexpr std::size_t most_header = 1'000'000;             // what a file may make of itself in memory
 constexpr std::size_t most_body = 128'000'000, most_numbers = 32'000'000;
-constexpr double largest = static_cast<double>(no_number / 2);
+constexpr double largest = static_cast<double>(no_number) / 2;
 
 std::int64_t steps_of(double value, double resolution) {
   const double steps = value / resolution;

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 namespace solenoid {
@@ -88,14 +89,15 @@ TEST(Document, KeysOfManyPartsAreRefusedAndDotsElsewhereAreNot) {
                                   "\n" + quoted + " = 1", "\nb = { " + key + " = 1 }"})
     EXPECT_THAT(refused(toml), StartsWith("f.toml:2: a key of too many parts (allowed: at most 32)"));
   for (const std::string& toml :
-       {"# " + dots + "\na = 1", "a = \"" + dots + "\\\"" + dots + "\"", "a = '" + dots + "'",
+       {"# " + dots + "\na = 1", fmt::format("a = \"{0}\\\"{0}\"", dots), "a = '" + dots + "'",
         "a = \"\"\"\n" + dots + "\n\"\"\"\nb = 1", "a = '''" + dots + "'''",
         std::string(
             "a = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.1,"
             "0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9]")})
     EXPECT_EQ(refused(toml), "nothing");
   std::string nested = "a.a.a.a.a.a.a.a.a.a";
-  for (int level = 0; level < 8; ++level) nested = "a.a.a.a.a.a.a.a.a.a = { " + nested + (level == 0 ? " = 1 }" : " }");
+  for (int level = 0; level < 8; ++level)
+    nested = fmt::format("a.a.a.a.a.a.a.a.a.a = {{ {}{} }}", nested, level == 0 ? " = 1" : "");
   EXPECT_THAT(refused(nested), StartsWith("f.toml:1: nested more than 64 deep"));
 }
 

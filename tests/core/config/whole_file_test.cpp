@@ -37,7 +37,7 @@ TEST_F(WholeFile, IsReadToItsLastByte) {
   const std::string text("a\0b\n\xff", 5);
   std::ofstream(file("a"), std::ios::binary) << text;
   EXPECT_EQ(read_whole_file(file("a"), 5), text);
-  std::ofstream(file("empty"));
+  std::ofstream(file("empty")) << "";
   EXPECT_EQ(read_whole_file(file("empty"), 0), "");
 }
 

@@ -18,7 +18,8 @@ std::string without_timing(const std::string& csv) {
   std::string text;
   for (auto& row : read_csv(csv)) {
     for (const auto& [heading, cell] : row)
-      if (!heading.starts_with("solve_us_") && heading != "deadline_misses") text += heading + "=" + cell + " ";
+      if (!heading.starts_with("solve_us_") && heading != "deadline_misses")
+        text.append(heading).append("=").append(cell).append(" ");
     text += "\n";
   }
   return text;

@@ -39,7 +39,7 @@ class Served {
     if (request.path == "/large") return {200, "text/plain", large};
     if (request.path == "/wrong") throw std::runtime_error("wrong");
     std::string text = request.path;
-    for (const auto& [key, value] : request.query) text += "|" + key + "=" + value;
+    for (const auto& [key, value] : request.query) text.append("|").append(key).append("=").append(value);
     return {200, "text/plain", std::make_shared<const std::string>(text)};
   }
 
