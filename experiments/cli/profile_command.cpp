@@ -40,7 +40,8 @@ bool is_log(const ProfileArguments& options) { return options.campaign.ends_with
 InstanceSet instances_of(const ProfileArguments& options, std::string& source) {
   if (is_log(options)) {
     source = fmt::format("instances posed by the measurements of {}", options.campaign);
-    return record_instances(read_log(options.campaign), options.selection.variants, options.per_variant);
+    return record_instances(read_log(options.campaign), options.selection.variants, options.per_variant,
+                            InterruptGuard::raised);
   }
   if (!options.campaign.empty() || !options.record.empty()) {
     const std::string name = options.campaign.empty() ? "profile" : options.campaign;
@@ -94,6 +95,7 @@ int profile(ProfileArguments options) {
   Profile then;
   if (!options.against.empty()) then = read_profile(options.against);
   InstanceSet set = instances_of(options, result.source);
+  if (InterruptGuard::raised()) return interrupted;
   if (!options.record.empty()) write_file_atomically(options.record, instance_bytes(set));
   select_variants(options.selection.variants, set);
   options.profile.interrupted = InterruptGuard::raised;

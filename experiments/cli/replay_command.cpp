@@ -1,4 +1,5 @@
 #include "experiments/base/files.hpp"
+#include "experiments/base/interrupt.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/read_log.hpp"
@@ -56,10 +57,14 @@ std::string json_of(const ReplayResult& r, const SystemDescription& system, cons
 }
 
 int replay(const ReplayArguments& options) {
+  const InterruptGuard guard;
   const RecordedRun run = read_log(options.log);
   const RecordedTask task = recorded_task(run);
   const bool same = options.variant.empty();
-  const ReplayResult result = same ? replay_same(run, task) : replay_other(run, task, shipped_variant(options.variant));
+  const ReplayResult result =
+      same ? replay_same(run, task, InterruptGuard::raised)
+           : replay_other(run, task, shipped_variant(options.variant), {}, InterruptGuard::raised);
+  if (result.interrupted) return interrupted;
   const std::string name = same ? task.variant.name : options.variant;
   if (!options.csv.empty()) write_file_atomically(options.csv, TickFormat(*run.system).csv_text(result.decided));
   write_standard_output(options.format == "json" ? json_of(result, *run.system, name)

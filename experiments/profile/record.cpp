@@ -225,15 +225,15 @@ InstanceSet record_instances(const Campaign& campaign, std::size_t per_variant) 
   return set;
 }
 
-InstanceSet record_instances(const RecordedRun& run, const std::vector<std::string>& variants,
-                             std::size_t per_variant) {
+InstanceSet record_instances(const RecordedRun& run, const std::vector<std::string>& variants, std::size_t per_variant,
+                             const Interrupted& interrupted) {
   const Campaign campaign = recorded_campaign(run, variants);
   const RecordedTask task = recorded_task(run);
   InstanceSet set = with_motions(campaign);
   for (const VariantConfig& v : campaign.variants) {
     VariantInstances& variant = add_variant(campaign, v, set);
     keep_run(static_cast<double>(run.ticks.size()) * task.variant.timing.tick_s, per_variant, 0, set, variant,
-             [&](const SolverDecorator& r) { replay_other(run, task, variant.config, r); });
+             [&](const SolverDecorator& r) { replay_other(run, task, variant.config, r, interrupted); });
   }
   return set;
 }

@@ -3,6 +3,7 @@
 #include "controllers/instances/instance_set.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
+#include "experiments/rig/replay_run.hpp"
 
 namespace solenoid {
 
@@ -16,7 +17,8 @@ InstanceSet record_instances(const Campaign& campaign, std::size_t per_variant);
 
 /// The problems that these variants (shipped ones; none: the log's own) pose when the measurements of a run are put
 /// through them: what replay_other does. Throws ConfigError for a log that does not say how it was made, or a variant
-/// that is not known.
-InstanceSet record_instances(const RecordedRun& run, const std::vector<std::string>& variants, std::size_t per_variant);
+/// that is not known. Interrupted, it has the problems of before.
+InstanceSet record_instances(const RecordedRun& run, const std::vector<std::string>& variants, std::size_t per_variant,
+                             const Interrupted& interrupted = {});
 
 }  // namespace solenoid

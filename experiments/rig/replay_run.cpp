@@ -4,11 +4,14 @@
 #include "core/config/document.hpp"
 #include "core/config/reader.hpp"
 #include "core/rt/deferred_solver.hpp"
+#include "experiments/base/shown_text.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/rig/rig_file.hpp"
 #include "experiments/rig/session.hpp"
 
 #include <algorithm>
+#include <cctype>
+#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -91,22 +94,72 @@ void compare(const TickRecord& logged, const Command& then, const Decision& deci
   if (other && result.first_difference_s < 0) result.first_difference_s = logged.sensors.time_s;
 }
 
+[[noreturn]] void refuse_said(const RecordedRun& run, const std::string& key, const std::string& value,
+                              const std::string& allowed) {
+  throw ConfigError(
+      fmt::format("{}: metadata 'run', key '{}': {} (allowed: {})", run.path, key, shown(value), allowed));
+}
+
+const std::string& said(const RecordedRun& run, const std::string& key) {
+  const auto value = run.about.find(key);
+  if (value == run.about.end())
+    throw ConfigError(fmt::format("{}: metadata 'run': no key '{}' (allowed: a log of `solenoid run`)", run.path, key));
+  return value->second;
+}
+
+double number_said(const RecordedRun& run, const std::string& key, double low, double high) {
+  const std::string& text = said(run, key);
+  double value = 0;
+  const auto end = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (end.ec != std::errc() || end.ptr != text.data() + text.size() || !(value >= low && value <= high))
+    refuse_said(run, key, text, fmt::format("a number from {} to {}", low, high));
+  return value;
+}
+
+/// Runs `read` on a text of the log's metadata. What it complains of is the log's: "FILE, its recorded campaign, line 7".
+template <class Read>
+auto of_log(const RecordedRun& run, const char* what, Read read) {
+  const std::string name = fmt::format("{}, its recorded {}", run.path, what);
+  try {
+    return read(name);
+  } catch (const ConfigError& error) {
+    std::string text = error.what();
+    if (text.starts_with(name + ":") && std::isdigit(static_cast<unsigned char>(text[name.size() + 1])) != 0)
+      text.replace(name.size(), 1, ", line ");
+    throw ConfigError(text.starts_with(name) ? text : fmt::format("{}: {}", name, text));
+  }
+}
+
 /// Where the run's task began, one number an axis, if not at the motion's start.
 std::optional<AxisValues> restart_of(const RecordedRun& run) {
   AxisValues from{};
   bool said = false;
   for (std::size_t a = 0; a < run.system->axes.size(); ++a)
     if (const auto at = run.about.find(restart_key(*run.system, a)); at != run.about.end()) {
-      from[a] = std::stod(at->second);
+      from[a] = number_said(run, at->first, -1e6, 1e6);
       said = true;
     }
   if (!said) return std::nullopt;
   return from;
 }
 
+/// Of `count` patterns, those that the switches have.
+void check_patterns(const RecordedRun& run, std::size_t count) {
+  const auto check = [&](const TickRecord& tick, const char* what, SwitchPattern pattern) {
+    if (pattern >= count)
+      throw ConfigError(fmt::format("{}: its tick at {:.3f} s {} the pattern {} (allowed: 0 to {})", run.path,
+                                    tick.sensors.time_s, what, pattern, count - 1));
+  };
+  for (const TickRecord& tick : run.ticks) {
+    check(tick, "applied", tick.applied.switches);
+    check(tick, "decided", tick.decision.command.switches);
+  }
+}
+
 /// `own`: for each pattern of the log's mode set, that of the ladder's.
 ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, const std::vector<SwitchPattern>& own,
-                     LoggedPlans* plans) {
+                     LoggedPlans* plans, const Interrupted& interrupted) {
+  check_patterns(run, own.size());
   const auto translated = [&](Command command) {
     if (command.switches < own.size()) command.switches = own[command.switches];
     return command;
@@ -116,9 +169,8 @@ ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, const std::
   std::vector<double> solve_us, step_us;
   if (const auto from = restart_of(run)) ladder.restart(0.0, *from);
   for (const TickRecord& logged : run.ticks) {
-    if (logged.applied.switches >= own.size())
-      throw ConfigError(fmt::format("the log's tick at {:.3f} s applied the pattern {:#b} (allowed: less than {:#b})",
-                                    logged.sensors.time_s, logged.applied.switches, own.size()));
+    result.interrupted = interrupted && interrupted();
+    if (result.interrupted) break;
     if (plans) plans->arriving = logged.decision.solved ? logged.decision.ticket : -1;
     repeat_requests(logged, &logged != &run.ticks.back() ? &logged + 1 : nullptr, ladder);
     const auto begin = Clock::now();
@@ -131,8 +183,9 @@ ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, const std::
     result.decided.push_back(logged);
     result.decided.back().decision = d;
   }
-  result.ticks = static_cast<std::int64_t>(run.ticks.size());
-  for (double& sum : result.continuous_difference_rms) sum = std::sqrt(sum / static_cast<double>(result.ticks));
+  result.ticks = static_cast<std::int64_t>(result.decided.size());
+  for (double& sum : result.continuous_difference_rms)
+    sum = std::sqrt(sum / static_cast<double>(std::max<std::int64_t>(1, result.ticks)));
   result.solve_us = percentiles(solve_us);
   result.step_us = percentiles(step_us);
   return result;
@@ -140,13 +193,6 @@ ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, const std::
 
 std::vector<SwitchPattern> own_patterns(const VariantConfig& logged, const VariantConfig& variant) {
   return translated_patterns(system_of(logged).modes(logged), system_of(variant).modes(variant));
-}
-
-const std::string& said(const RecordedRun& run, const char* key) {
-  const auto value = run.about.find(key);
-  if (value == run.about.end())
-    throw ConfigError(fmt::format("the log does not say its {} (allowed: a log of `solenoid run`)", key));
-  return value->second;
 }
 
 }  // namespace
@@ -168,38 +214,41 @@ std::vector<SwitchPattern> translated_patterns(const ModeSet& from, const ModeSe
 
 Campaign recorded_campaign(const RecordedRun& run, std::vector<std::string> variants) {
   if (variants.empty()) variants = {said(run, "variant")};
-  return read_campaign(Document::from_text(said(run, "campaign"), "the log's campaign"),
-                       {variants, {said(run, "scenario")}});
+  return of_log(run, "campaign", [&](const std::string& name) {
+    return read_campaign(Document::from_text(said(run, "campaign"), name), {variants, {said(run, "scenario")}});
+  });
 }
 
 RecordedTask recorded_task(const RecordedRun& run) {
   const Campaign campaign = recorded_campaign(run);
   const ScenarioConfig& scenario = campaign.scenarios.front();
   const VariantConfig variant = told(campaign.variants.front(), scenario);
-  const RigFile rig = read_rig(TableReader::from_text(said(run, "rig"), "the log's rig file"), variant);
+  const RigFile rig = of_log(run, "rig file", [&](const std::string& name) {
+    return read_rig(TableReader::from_text(said(run, "rig"), name), variant);
+  });
   RecordedTask task{variant, scenario, rig.ladder};
-  task.ladder.lowering_s = std::stod(said(run, "lowering_s"));
+  task.ladder.lowering_s = number_said(run, "lowering_s", 0.0, 5.0);
   task.variant.latency_ticks = said(run, "policy") == "next_slot" ? task.variant.timing.ticks_per_period : 0;
   return task;
 }
 
-ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task) {
+ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task, const Interrupted& interrupted) {
   LoggedPlans plans(run, task.variant.timing);
   const SolverDecorator as_logged = decorator([&]<HybridModel M>(SolverPtr<M> solver) -> SolverPtr<M> {
     return std::make_unique<LoggedArrivals<M>>(std::move(solver), plans);
   });
   const auto ladder = make_ladder(task.variant, task.scenario.trajectory, task.ladder, as_logged);
-  return through(run, *ladder, own_patterns(task.variant, task.variant), &plans);
+  return through(run, *ladder, own_patterns(task.variant, task.variant), &plans, interrupted);
 }
 
 ReplayResult replay_other(const RecordedRun& run, const RecordedTask& task, const VariantConfig& variant,
-                          const SolverDecorator& decorate) {
+                          const SolverDecorator& decorate, const Interrupted& interrupted) {
   if (variant.system != task.variant.system)
-    throw ConfigError(fmt::format("variant '{}' is of {}, the log of {} (allowed: a variant of the log's system)",
-                                  variant.name, system_of(variant).name(), system_of(task.variant).name()));
+    throw ConfigError(fmt::format("variant '{}' is of {}, {} of {} (allowed: a variant of the log's system)",
+                                  variant.name, system_of(variant).name(), run.path, system_of(task.variant).name()));
   const VariantConfig timed_alike = told(variant, task.scenario);
   const auto ladder = make_ladder(timed_alike, task.scenario.trajectory, task.ladder, decorate);
-  return through(run, *ladder, own_patterns(task.variant, variant), nullptr);
+  return through(run, *ladder, own_patterns(task.variant, variant), nullptr, interrupted);
 }
 
 }  // namespace solenoid

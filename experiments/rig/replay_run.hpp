@@ -9,6 +9,7 @@
 #include "experiments/rig/log/recorded_run.hpp"
 
 #include <array>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -25,7 +26,11 @@ struct ReplayResult {
   std::int64_t unproven = 0;  ///< solves the log's deadline cut short: another machine may end elsewhere
   Percentiles solve_us, step_us;
   std::vector<TickRecord> decided;  ///< the log's ticks with the decisions of the replay
+  bool interrupted = false;         ///< `decided` has the ticks before that
 };
+
+/// Asked before each tick whether to leave off.
+using Interrupted = std::function<bool()>;
 
 /// The variant, task and limits a log was made with.
 struct RecordedTask {
@@ -40,7 +45,7 @@ Campaign recorded_campaign(const RecordedRun& run, std::vector<std::string> vari
 
 /// Through the controller the log was made with: plans arrive in the ticks they arrived in, the operator's stops and
 /// re-arms come when they came. The same program gives the same commands.
-ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task);
+ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task, const Interrupted& interrupted = {});
 
 /// For each pattern of `from`, which switches the model's inputs so far, the pattern of `to` that is the same: the same
 /// number where that switches them alike, otherwise that of its mode nearest to it by least squares, the first of several.
@@ -50,6 +55,6 @@ std::vector<SwitchPattern> translated_patterns(const ModeSet& from, const ModeSe
 /// takes. It is told what was applied then, in its own switches. `decorate` gets its solver first. Throws ConfigError if
 /// the log has patterns that its mode set does not have.
 ReplayResult replay_other(const RecordedRun& run, const RecordedTask& task, const VariantConfig& variant,
-                          const SolverDecorator& decorate = {});
+                          const SolverDecorator& decorate = {}, const Interrupted& interrupted = {});
 
 }  // namespace solenoid

@@ -1,6 +1,7 @@
 #include "experiments/rig/log/tick_fields.hpp"
 
 #include "core/config/reader.hpp"
+#include "experiments/rig/log/json_numbers.hpp"
 
 #include <cmath>
 #include <iterator>
@@ -20,15 +21,36 @@ void assign(T& target, double value) {
     target = static_cast<T>(value);
 }
 
+/// What numbers a log may have of a member.
+struct Allowed {
+  bool whole;
+  double low, high;
+};
+
+template <class T>
+constexpr Allowed allowed_of(bool exact) {
+  constexpr double most = 1e15;  // measured, commanded or desired: whatever the unit, beyond is no measurement
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  if (std::is_same_v<T, bool>) return {true, 0, 1};
+  if (std::is_same_v<T, Status>) return {true, 0, static_cast<double>(Status::numerical_failure)};
+  if (std::is_same_v<T, Rung>) return {true, 0, rungs - 1};
+  if (std::is_same_v<T, SwitchPattern>) return {true, 0, static_cast<double>((1u << max_switches) - 1)};
+  if (std::is_integral_v<T>) return {true, -1, sizeof(T) == 4 ? 2147483647.0 : 9007199254740992.0};
+  return exact ? Allowed{false, -most, most} : Allowed{false, -infinite, infinite};
+}
+
 /// Collects fields; `at(tick)` refers to the member.
 struct Fields {
   std::vector<TickField>& all;
 
   template <class At>
   void add(std::string name, std::string meaning, At at, bool exact) const {
+    using T = std::remove_reference_t<decltype(at(std::declval<TickRecord&>()))>;
+    const Allowed allowed = allowed_of<T>(exact);
     all.push_back({std::move(name), std::move(meaning),
                    [at](const TickRecord& t) { return static_cast<double>(at(const_cast<TickRecord&>(t))); },
-                   [at](TickRecord& t, double v) { assign(at(t), v); }, exact});
+                   [at](TickRecord& t, double v) { assign(at(t), v); }, exact, allowed.whole, allowed.low,
+                   allowed.high});
   }
   /// Half of a set of faults.
   template <class At>
@@ -42,7 +64,7 @@ struct Fields {
                      FaultSet& set = at(t);
                      set |= FaultSet((static_cast<std::uint64_t>(v) & half) << shift);
                    },
-                   true});
+                   true, true, 0, static_cast<double>(half)});
   }
 };
 #define AT(member) \
@@ -50,6 +72,8 @@ struct Fields {
 
 void add_measurement(const Fields& fields, const SystemDescription& s) {
   fields.add("time_s", "since the run began", AT(sensors.time_s), true);
+  fields.all.back().low = 0.0;
+  fields.all.back().high = 1e5;  // a day, which `run` does at most, and what may come behind it
   for (std::size_t i = 0; i < s.channels.size(); ++i)
     fields.add(s.channels[i].key, s.channels[i].meaning, AT(sensors.value[i]), true);
   fields.add("stale_ticks", "age of the measurement", AT(sensors.stale_ticks), true);
@@ -130,6 +154,12 @@ void append_number(std::string& out, double value, bool exact, const char* none)
 
 }  // namespace
 
+std::optional<std::string> TickField::refusal(double value) const {
+  const bool missing = !whole && std::isnan(value) && name != "time_s";
+  if (missing || (value >= low && value <= high && (!whole || value == std::floor(value)))) return std::nullopt;
+  return whole ? fmt::format("a whole number from {} to {}", low, high) : fmt::format("{} to {}", low, high);
+}
+
 TickFormat::TickFormat(const SystemDescription& system) : system_(&system) {
   const Fields fields{fields_};
   add_measurement(fields, system);
@@ -138,6 +168,9 @@ TickFormat::TickFormat(const SystemDescription& system) : system_(&system) {
   add_ladder(fields, system);
   add_solve(fields);
   add_timing(fields);
+  for (std::size_t i = 0; i < fields_.size(); ++i) places_.emplace(fields_[i].name, i);
+  needed_ = {places_.at("time_s"), places_.at(system.switches_key)};
+  for (const Signal& channel : system.channels) needed_.push_back(places_.at(channel.key));
 }
 
 void TickFormat::json(const TickRecord& tick, std::string& out) const {
@@ -153,18 +186,34 @@ void TickFormat::json(const TickRecord& tick, std::string& out) const {
   out += '}';
 }
 
+std::optional<std::size_t> TickFormat::find(const std::string& name, std::size_t expected) const {
+  if (expected < fields_.size() && fields_[expected].name == name) return expected;
+  const auto place = places_.find(name);
+  if (place == places_.end()) return std::nullopt;
+  return place->second;
+}
+
 TickRecord TickFormat::from_json(std::string_view json) const {
   TickRecord tick;
-  try {
-    const auto object = nlohmann::json::parse(json);
-    for (const TickField& field : fields_) {
-      const auto value = object.find(field.name);
-      if (value == object.end()) continue;
-      field.set(tick, value->is_null() ? std::numeric_limits<double>::quiet_NaN() : value->get<double>());
-    }
-  } catch (const nlohmann::json::exception& error) {
-    throw ConfigError(fmt::format("a tick of the log: {} (allowed: the log of `solenoid run`)", error.what()));
-  }
+  std::string wrong;
+  std::vector<bool> said(fields_.size());
+  std::size_t expected = 0;
+  const auto problem = read_json_numbers(json, [&](const std::string& name, double value) {
+    const auto place = find(name, expected);
+    if (!place || !wrong.empty()) return;  // of a later version
+    const TickField& field = fields_[*place];
+    if (said[*place]) wrong = fmt::format("key '{}' twice (allowed: once)", name);
+    if (const auto allowed = field.refusal(value))
+      wrong = fmt::format("key '{}': {} (allowed: {})", name, value, *allowed);
+    if (wrong.empty()) field.set(tick, value);
+    said[*place] = true;
+    expected = *place + 1;
+  });
+  if (problem) throw ConfigError(fmt::format("{} (allowed: a tick of `solenoid run`)", *problem));
+  if (!wrong.empty()) throw ConfigError(wrong);
+  for (const std::size_t place : needed_)
+    if (!said[place])
+      throw ConfigError(fmt::format("no key '{}' (allowed: a tick of `solenoid run`)", fields_[place].name));
   return tick;
 }
 
