@@ -23,6 +23,7 @@
 #include <cmath>
 #include <cstdio>
 #include <iostream>
+#include <iterator>
 #include <memory>
 #include <optional>
 
@@ -35,7 +36,7 @@ namespace solenoid {
 namespace {
 
 struct IdentifyArguments {
-  std::string experiments, twin_file, rig_file, base = "consistent", out, plane = "vertical";
+  std::string experiments, twin_file, rig_file, base = "consistent", out, plane = "vertical", delimiter, decimal;
   OutputOptions output;
   std::vector<std::string> only, logs, mismatch;
   PlantChoice plant;
@@ -140,13 +141,28 @@ std::vector<Record> simulated_records(const IdentifyArguments& options, const Tw
   return records;
 }
 
+/// How a log was read, where that is not plain, is told on standard error before anything is found in it.
+std::vector<Record> logged_records(const IdentifyArguments& options) {
+  LogSettings settings = options.log;
+  if (!options.delimiter.empty()) settings.dialect.delimiter = delimiter_of(options.delimiter);
+  if (!options.decimal.empty()) settings.dialect.decimal = decimal_of(options.decimal);
+  std::vector<Record> records;
+  for (const std::string& path : options.logs) {
+    LogRecords log = read_log_records(path, settings);
+    if (!log.told.empty()) fmt::print(stderr, "solenoid: {}: {}\n", path, fmt::join(log.told, "; "));
+    records.insert(records.end(), std::make_move_iterator(log.records.begin()),
+                   std::make_move_iterator(log.records.end()));
+  }
+  return records;
+}
+
 /// All that a reader may want later, in one folder.
 void write_results(const IdentifyArguments& options, const std::string& folder, const std::string& source,
                    const std::vector<Record>& records, const Findings& found, const Result& result) {
   create_folder(folder);
   if (options.records || options.plant.kind != "sim") {
     create_folder(folder + "/records");
-    for (const Record& r : records) write_file_atomically(folder + "/records/" + r.name + ".csv", record_csv(r));
+    for (const Record& r : records) write_file_atomically(folder + "/records/" + r.part_name() + ".csv", record_csv(r));
   }
   write_file_atomically(folder + "/parameters.toml", parameter_file(found, options.base, source));
   write_file_atomically(folder + "/estimates.csv", result.csv());
@@ -179,7 +195,7 @@ int run_identification(IdentifyArguments& options) {
   std::vector<KnownTruth> truths;
   std::string source = options.plant.kind;
   if (!options.logs.empty()) {
-    for (const std::string& path : options.logs) records.push_back(read_log_record(path, options.log));
+    records = logged_records(options);
     source = fmt::format("{}", fmt::join(options.logs, ", "));
   } else if (options.plant.kind == "sim") {
     const TwinParameters twin = twin_of(options);
@@ -192,7 +208,7 @@ int run_identification(IdentifyArguments& options) {
   Findings found = identify(records, given);
   for (const Record& r : records)
     if (r.filled > 0)
-      remarks.push_back(fmt::format("{}: {} of {} samples were late or missing", r.name, r.filled, r.size()));
+      remarks.push_back(fmt::format("{}: {} of {} samples were late or missing", r.part_name(), r.filled, r.size()));
   found.remarks.insert(found.remarks.end(), remarks.begin(), remarks.end());
   const std::string folder = options.out.empty() ? "results/identify-" + compact_timestamp() : options.out;
   Result result = result_of(found, truths);
@@ -236,9 +252,18 @@ void add_source_options(CLI::App& command, IdentifyArguments& o) {
       ->allow_extra_args(false);
   command
       .add_option("--column", o.log.columns,
-                  "of a CSV: NAME=COLUMN or NAME=COLUMN*FACTOR, repeatable; NAME: time_s, position_m, pressure_a_pa, "
-                  "pressure_b_pa, motor_n, coils, label")
+                  "of a CSV: NAME=COLUMN or NAME=COLUMN*FACTOR+OFFSET, of another MCAP NAME=TOPIC.FIELD..., "
+                  "repeatable; NAME: time_s, position_m, "
+                  "pressure_a_pa, pressure_b_pa, motor_n, coils, label")
       ->allow_extra_args(false);
+  command
+      .add_option("--delimiter", o.delimiter,
+                  "between the cells of a CSV: comma, semicolon, tab, bar; default: found out")
+      ->check(CLI::IsMember({"comma", "semicolon", "tab", "bar", ",", ";", "|"}));
+  command.add_option("--decimal", o.decimal, "of a CSV's numbers: point or comma; default: found out")
+      ->check(CLI::IsMember({"point", "comma", ".", ","}));
+  command.add_option("--skip-lines", o.log.dialect.skip_lines, "lines before a CSV's heading; default: found out")
+      ->check(CLI::Range(0, 10000));
   command.add_option("--plane", o.plane, "of a log: vertical (default) or horizontal")
       ->check(CLI::IsMember({"vertical", "horizontal"}));
 }

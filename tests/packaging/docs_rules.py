@@ -108,7 +108,7 @@ RULES = [
     Rule(r"identify --plant emulator.*", "minutes in real time, and an emulator to run on", "identify --help"),
     Rule(r"emulator (--campaign \S+ --scenario \S+)", "waits for a controller until Ctrl-C", r"emulator \1 --port FREE_PORT",
          until=r"127\.0\.0\.1"),
-    Rule(r"identify --log bench\.csv .*", "a log of the reader's", "identify --help"),
+    Rule(r"identify --log bench\.(?:csv|mcap) .*", "a log of the reader's", "identify --help"),
     Rule(r"study identification.*", "minutes: test_experiments has six seeds", "study identification --help"),
     Rule(r"report DIR", "a placeholder", lambda *_: ["compare campaign.toml --out shown", "report shown"]),
     # list, check, COMMAND

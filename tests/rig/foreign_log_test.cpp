@@ -7,11 +7,13 @@
 #include "experiments/rig/log/mcap_writer.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
 #include "experiments/rig/log/tick_fields.hpp"
+#include "experiments/systems/actuator/identify/log_source.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <cmath>
 #include <fstream>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <lz4frame.h>
@@ -285,6 +287,61 @@ TEST(ForeignMcap, NumbersOfNestedJsonHavePaths) {
   };
   EXPECT_EQ(read_json_numbers(R"({"a":1,"b":{"c":[2,"x",{"d":true}],"e":3},"f":4})", take), std::nullopt);
   EXPECT_EQ(seen, "a=1.0 b.c.0=2.0 b.c.2.d=1.0 b.e=3.0 f=4.0 ");
+}
+
+/// Other people's topics at rates of their own, their pressures in bar and half a step late.
+std::string bench_channels() {
+  std::string records = mcap_channel(1, "/slide", "json") + mcap_channel(2, "/air", "json") +
+                        mcap_channel(3, "/valves", "json") + mcap_channel(4, "/ros", "cdr") +
+                        mcap_message(4, 0, "....");
+  for (std::uint64_t k = 0; k < 400; ++k) {
+    const std::uint64_t at = 1'700'000'000'000'000'000u + k * 1'000'000;
+    if (k % 50 == 0)
+      records +=
+          mcap_message(3, at, fmt::format(R"({{"bits":{},"force":{}}})", k / 50, 0.5 * static_cast<double>(k / 50)));
+    records +=
+        mcap_message(1, at, fmt::format(R"({{"name":"y","pose":{{"y":{}}}}})", 50.0 + 0.01 * static_cast<double>(k)));
+    records +=
+        mcap_message(2, at + 500'000, fmt::format(R"({{"bar":[{},{}]}})", 1.5 + 0.001 * static_cast<double>(k), 1.4));
+  }
+  return mcap_file(whole_chunk("zstd", records));
+}
+
+TEST(ForeignMcap, JsonChannelsGiveARecord) {
+  const test::Folder folder;
+  const std::string path = (folder / "bench.mcap").string();
+  std::ofstream(path, std::ios::binary) << bench_channels();
+  LogSettings settings;
+  settings.columns = {"position_m=/slide.pose.y*1e-3", "pressure_a_pa=/air.bar.0*1e5", "pressure_b_pa=/air.bar.1*1e5",
+                      "motor_n=/valves.force", "coils=/valves.bits"};
+  const LogRecords log = read_log_records(path, settings);
+  ASSERT_EQ(log.records.size(), 1u);
+  const Record& r = log.records[0];
+  ASSERT_EQ(r.size(), 399u);  // before the first pressure nothing is known
+  EXPECT_EQ(r.period_s, 0.001);
+  EXPECT_EQ(r.name, "bench");
+  for (std::size_t t = 0; t < r.size(); ++t) {
+    const double k = static_cast<double>(t) + 1;
+    EXPECT_NEAR(r.position_m[t], 0.05 + 1e-5 * k, 1e-9) << t;
+    EXPECT_NEAR(r.pressure_a_pa[t], 1.5e5 + 100 * (k - 0.5), 0.1) << t;
+    EXPECT_EQ(r.coils[t], (t + 1) / 50) << t;
+    EXPECT_EQ(r.motor_n[t], 0.5 * static_cast<double>((t + 1) / 50)) << t;
+  }
+  const auto complaint = [&](std::size_t column, const std::string& text) -> std::string {
+    LogSettings other = settings;
+    other.columns[column] = text;
+    try {
+      read_log_records(path, other);
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_THAT(complaint(4, "coils=/ros.bits"), HasSubstr("channel '/ros' is 'cdr'"));
+  EXPECT_THAT(complaint(4, "coils=/valves.bit"), AllOf(HasSubstr("'/valves.bit'"), HasSubstr("'/slide', '/air'")));
+  EXPECT_THAT(complaint(4, "coils=/valves.force"), HasSubstr("coils 0.5 at"));
+  EXPECT_THAT(complaint(4, "time_s=/valves.t"), HasSubstr("--column time_s"));
+  EXPECT_THAT(complaint(4, "label=/valves.t"), HasSubstr("no --column coils"));
 }
 
 /// Each log command refuses in a line, at once.

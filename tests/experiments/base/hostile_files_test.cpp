@@ -1,5 +1,6 @@
 // Files from anywhere: each of tests/data/hostile, and those too large to be kept, is refused in one line of our own
 // words, at little cost. A file joins with one line in hostile_cases().
+#include "experiments/base/bytes.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <algorithm>
@@ -43,6 +44,22 @@ void write_campaign(const Folder& folder, const std::string& trajectory, const s
 }
 
 const std::string deep_json = times("[", 200'000) + times("]", 200'000);
+
+/// An MCAP file of chunks in chunks.
+std::string nested_chunks(int levels) {
+  std::string heads;
+  constexpr std::size_t head = 9 + 40;
+  for (int level = 0; level < levels; ++level) {
+    const std::size_t below = head * static_cast<std::size_t>(levels - 1 - level);
+    heads += '\x06';
+    append_little_endian(heads, std::uint64_t{40 + below});
+    for (const std::uint64_t number : {std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{below}})
+      append_little_endian(heads, number);
+    append_little_endian(heads, std::uint64_t{0});  // no checksum, no compression
+    append_little_endian(heads, std::uint64_t{below});
+  }
+  return "\x89MCAP0\r\n" + heads;
+}
 
 const std::vector<HostileFile>& hostile_cases() {
   static const std::vector<HostileFile> all = {
@@ -133,6 +150,34 @@ const std::vector<HostileFile>& hostile_cases() {
        "profile --against made.json",
        {"made.json", "values"},
        [](const Folder& f) { f.write("made.json", "[" + times("0,", 20'000'000) + "0]"); }},
+      {"negative_pattern",
+       "replay coils_minus_1.mcap",
+       {"coils_minus_1.mcap: tick 248 ", "key 'coils': -1", "0 to 255"}},
+      {"negative_pattern_profiled", "profile coils_minus_1.mcap", {"coils_minus_1.mcap: tick 248 ", "key 'coils': -1"}},
+      {"tick_of_no_json", "export tick_json_no_file_name.mcap", {"tick_json_no_file_name.mcap: tick 253 ", "no JSON"}},
+      {"time_replayed", "replay time_huge.mcap", {"time_huge.mcap: tick 248 ", "key 'time_s'", "0 to 100000"}},
+      {"time_profiled", "profile time_huge.mcap", {"time_huge.mcap: tick 248 ", "key 'time_s'"}},
+      {"chunks_in_chunks",
+       "export made.mcap",
+       {"made.mcap: byte 0 of the chunk at byte 8: a chunk in a chunk"},
+       [](const Folder& f) { f.write("made.mcap", nested_chunks(40'000)); }},
+      {"zeros_as_log", "export /dev/zero", {"/dev/zero", "a device"}},
+      {"zeros_identified", "identify --log /dev/zero", {"/dev/zero", "a device"}},
+      {"pipe_as_csv",
+       "identify --log pipe.csv",
+       {"pipe.csv", "a pipe"},
+       [](const Folder& f) { ::mkfifo(f.file("pipe.csv").c_str(), 0600); }},
+      {"open_quote",
+       "identify --log made.csv",
+       {"made.csv", "quote"},
+       [](const Folder& f) {
+         f.write("made.csv",
+                 "time_s,position_m,pressure_a_pa,pressure_b_pa,motor_n,coils\n\"" + times("x\n", 50'000'000));
+       }},
+      {"one_line",
+       "identify --log made.csv",
+       {"made.csv", "no column 'time_s'"},
+       [](const Folder& f) { f.write("made.csv", times("x,", 50'000'000)); }},
   };
   return all;
 }

@@ -138,8 +138,8 @@ double chance_of_continuity(const ChamberProblem& free, const LeastSquaresFit& f
 
 ResidualPlot pressure_plot(const Record& r, Chamber chamber, const ChamberParameters& p,
                            const ActuatorParameters& given) {
-  ResidualPlot plot{"pressure_" + std::string(chamber == Chamber::a ? "a_" : "b_") + r.name,
-                    fmt::format("{}: pressure of chamber {}", r.name, chamber == Chamber::a ? "A" : "B"),
+  ResidualPlot plot{"pressure_" + std::string(chamber == Chamber::a ? "a_" : "b_") + r.part_name(),
+                    fmt::format("{}: pressure of chamber {}", r.part_name(), chamber == Chamber::a ? "A" : "B"),
                     "time [s]",
                     "pressure [kPa]",
                     {},

@@ -33,15 +33,19 @@ class Identification {
   }
 
  private:
+  /// The record of this name, the longest part of it where a log has gaps.
   const Record* named(const std::string& name) const {
-    const auto at = std::ranges::find(records_, name, &Record::name);
-    return at == records_.end() ? nullptr : &*at;
+    const Record* longest = nullptr;
+    for (const Record& r : records_)
+      if (r.name == name && (!longest || r.size() > longest->size())) longest = &r;
+    return longest;
   }
   /// Records with one of these names, or, if there are none, those with names of their own.
   std::vector<const Record*> of(std::initializer_list<const char*> names) const {
     std::vector<const Record*> some;
     for (const char* name : names)
-      if (const Record* r = named(name)) some.push_back(r);
+      for (const Record& r : records_)
+        if (r.name == name) some.push_back(&r);
     if (!some.empty()) return some;
     for (const Record& r : records_)
       if (std::ranges::find(known, r.name) == known.end() && r.payload_kg == 0) some.push_back(&r);

@@ -2,258 +2,324 @@
 
 #include "core/config/reader.hpp"
 #include "core/systems/actuator/signals.hpp"
+#include "core/systems/actuator/valves.hpp"
 #include "experiments/base/files.hpp"
+#include "experiments/base/shown_text.hpp"
+#include "experiments/logs/column_source.hpp"
+#include "experiments/logs/csv_layout.hpp"
+#include "experiments/logs/json_series.hpp"
+#include "experiments/rig/log/mcap_writer.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
 
 #include <algorithm>
-#include <charconv>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <iterator>
-#include <map>
 #include <optional>
 #include <sstream>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace solenoid {
 namespace {
 
-const std::vector<std::string> numbers = {"time_s", "position_m", "pressure_a_pa", "pressure_b_pa", "motor_n", "coils"};
-constexpr std::size_t fewest = 200;
-
-/// Where a number of ours is: a column of the file, times a factor.
-struct Source {
-  std::string column;
-  double factor = 1.0;
+enum Number : std::size_t {
+  time_number,
+  position_number,
+  a_number,
+  b_number,
+  motor_number,
+  coils_number,
+  number_count
 };
 
-std::map<std::string, Source> parse_columns(const std::vector<std::string>& texts) {
-  std::map<std::string, Source> sources;
-  for (const std::string& text : texts) {
-    const auto equals = text.find('=');
-    const std::string name = text.substr(0, equals);
-    if (equals == std::string::npos || (name != "label" && std::ranges::find(numbers, name) == numbers.end()))
-      throw ConfigError(
-          fmt::format("--column '{}': (allowed: NAME=COLUMN or NAME=COLUMN*FACTOR with NAME one of {}, label)", text,
-                      fmt::join(numbers, ", ")));
-    Source source{text.substr(equals + 1), 1.0};
-    if (const auto star = source.column.rfind('*'); star != std::string::npos) {
-      const std::string factor = source.column.substr(star + 1);
-      const auto end = std::from_chars(factor.data(), factor.data() + factor.size(), source.factor);
-      if (end.ec != std::errc() || end.ptr != factor.data() + factor.size() || !std::isfinite(source.factor))
-        throw ConfigError(fmt::format("--column '{}': '{}' is no number (allowed: NAME=COLUMN*FACTOR)", text, factor));
-      source.column.resize(star);
-    }
-    sources[name] = source;
-  }
-  return sources;
+const std::vector<WantedNumber>& wanted_numbers() {
+  static const std::vector<WantedNumber> wanted = {{"time_s", "time", "s"},
+                                                   {"position_m", "position", "m"},
+                                                   {"pressure_a_pa", "pressure_a", "Pa"},
+                                                   {"pressure_b_pa", "pressure_b", "Pa"},
+                                                   {"motor_n", "motor", "N"},
+                                                   {"coils", "coils", ""}};
+  return wanted;
+}
+constexpr const char* label_name = "label";
+constexpr std::size_t most_samples = 4'000'000;
+constexpr std::size_t most_csv_bytes = 1'000'000'000;
+constexpr double longest_log_s = 1e5;
+
+std::vector<ColumnSource> sources_of(const LogSettings& settings) {
+  std::vector<std::string> names;
+  names.reserve(number_count + 1);
+  for (const WantedNumber& number : wanted_numbers()) names.push_back(number.name);
+  names.emplace_back(label_name);
+  return parse_columns(settings.columns, names);
 }
 
-std::vector<std::string> cells_of(std::string line) {
-  if (!line.empty() && line.back() == '\r') line.pop_back();
-  std::vector<std::string> cells;
-  std::size_t from = 0;
-  for (std::size_t at = 0; at <= line.size(); ++at)
-    if (at == line.size() || line[at] == ',') {
-      cells.push_back(line.substr(from, at - from));
-      from = at + 1;
-    }
-  return cells;
+const ColumnSource* source_of(const std::vector<ColumnSource>& sources, const std::string& name) {
+  const auto at = std::ranges::find(sources, name, &ColumnSource::name);
+  return at == sources.end() ? nullptr : &*at;
 }
 
-/// The rows as they are in the file.
-struct Samples {
-  std::vector<double> time, position, a, b, motor;
-  std::vector<SwitchPattern> coils;
-  std::vector<std::string> labels;
+/// How many patterns these valves have.
+double patterns_of(const std::string& valves) { return std::pow(2.0, valve_modes(valves, {}).switch_count()); }
 
-  void spans_of(Record& record) const {
-    for (std::size_t i = 0; i < labels.size(); ++i)
-      if (i == 0 || labels[i] != labels[i - 1])
-        record.spans.push_back({labels[i].substr(0, labels[i].find('#')), i, i + 1});
-      else
-        record.spans.back().last = i + 1;
-  }
-};
-
-/// Brings samples to an even period. Already even ones pass untouched, with their labels.
-void resample(const Samples& s, const std::string& path, Record& record) {
-  if (s.time.size() < fewest)
-    throw ConfigError(fmt::format("{}: {} samples (allowed: at least {})", path, s.time.size(), fewest));
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < s.time.size(); ++i) steps.push_back(s.time[i] - s.time[i - 1]);
-  std::ranges::nth_element(steps, steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2));
-  const double period = 1e-6 * std::round(1e6 * steps[steps.size() / 2]);
-  if (!(period >= 1e-4 && period <= 5e-3))
-    throw ConfigError(fmt::format("{}: a sample each {:.3g} s (allowed: 0.1 to 5 ms)", path, period));
-  record.period_s = period;
-  const auto n = static_cast<std::size_t>(std::llround((s.time.back() - s.time.front()) / period)) + 1;
-  const bool even = n == s.time.size() && std::ranges::all_of(steps, [&](double d) { return d < 1.5 * period; });
-  if (n > 4'000'000) throw ConfigError(fmt::format("{}: {} samples (allowed: at most 4000000)", path, n));
-  std::size_t i = 0;
-  for (std::size_t k = 0; k < n; ++k) {
-    const double t = s.time.front() + static_cast<double>(k) * period;
-    if (even)
-      i = k;
-    else
-      while (i + 1 < s.time.size() && s.time[i + 1] <= t + 1e-9) ++i;
-    const std::size_t next = std::min(i + 1, s.time.size() - 1);
-    const double gap = s.time[next] - s.time[i];
-    const double share = even || gap <= 0 ? 0.0 : std::clamp((t - s.time[i]) / gap, 0.0, 1.0);
-    const auto line = [&](const std::vector<double>& x) { return x[i] + share * (x[next] - x[i]); };
-    record.position_m.push_back(line(s.position));
-    record.pressure_a_pa.push_back(line(s.a));
-    record.pressure_b_pa.push_back(line(s.b));
-    record.motor_n.push_back(s.motor[i]);
-    record.coils.push_back(s.coils[i]);
-    if (gap > 1.5 * period && share > 0.01) ++record.filled;
-  }
-  if (even) s.spans_of(record);
+/// Absolute pressure is never near nothing, and half the time not below the atmosphere: gauge pressure is both.
+void require_absolute(const std::vector<double>& pressure, const char* name, const std::string& path) {
+  constexpr double least_pa = 1e4, least_median_pa = 7e4;
+  std::vector<double> sorted = pressure;
+  std::ranges::sort(sorted);
+  const double least = sorted.front(), median = sorted[sorted.size() / 2];
+  if (least >= least_pa && median >= least_median_pa) return;
+  throw ConfigError(fmt::format(
+      "{}: {}: from {:.5g} Pa, half of it below {:.5g} Pa (allowed: absolute pressure, {:.0f} Pa and more; of "
+      "gauge pressure: --column {}=COLUMN*FACTOR+101325)",
+      path, name, least, median, least_pa, name));
 }
 
-Record record_from_mcap(const std::string& path, const LogSettings& settings) {
-  const RecordedRun run = read_run(path);
-  Samples s;
-  for (const TickRecord& tick : run.ticks) {
-    if (!s.time.empty() && !(tick.sensors.time_s > s.time.back())) continue;
-    s.time.push_back(tick.sensors.time_s);
-    s.position.push_back(tick.sensors.value[position_channel]);
-    s.a.push_back(tick.sensors.value[pressure_a_channel]);
-    s.b.push_back(tick.sensors.value[pressure_b_channel]);
-    s.motor.push_back(tick.applied.continuous[0]);
-    s.coils.push_back(tick.applied.switches);
-  }
-  Record record;
-  record.valves = settings.valves;
-  record.plane = settings.plane;
-  resample(s, path, record);
-  return record;
+LogRecords records_of(const LogSamples& samples, const std::string& path, const Record& about) {
+  LogRecords out = even_records(samples, path, about);
+  require_absolute(samples.a, "pressure_a_pa", path);
+  require_absolute(samples.b, "pressure_b_pa", path);
+  return out;
 }
 
-/// A CSV: perhaps a line about its record, a heading, rows.
+/// A CSV: perhaps lines about its record, a heading, rows.
 class CsvLog {
  public:
   CsvLog(const std::string& text, const std::string& path, const LogSettings& settings)
-      : in_(text), path_(path), sources_(parse_columns(settings.columns)) {
-    record_.valves = settings.valves;
-    record_.plane = settings.plane;
+      : path_(path), sources_(sources_of(settings)), settings_(settings) {
+    about_.valves = settings.valves;
+    about_.plane = settings.plane;
+    layout_ = find_layout(text, path, settings.dialect,
+                          [this](const std::vector<std::string>& headings) { return known_among(headings); });
   }
 
-  Record read() {
+  LogRecords read() {
     read_about();
-    read_heading();
-    while (next_line())
-      if (!line_.empty() && line_ != "\r") read_row();
-    resample(samples_, path_, record_);
-    return std::move(record_);
+    patterns_ = patterns_of(about_.valves);
+    find_columns();
+    CsvRows rows(layout_.rows, path_, layout_.delimiter, layout_.heading_line + 1);
+    while (rows.next()) read_row(rows);
+    LogRecords out = records_of(samples_, path_, about_);
+    if (repeated_ > 0)
+      told_.push_back(fmt::format("left out what says again what the row before does: {} rows", repeated_));
+    out.told.insert(out.told.begin(), told_.begin(), told_.end());
+    return out;
   }
 
  private:
-  bool next_line() {
-    ++number_;
-    return static_cast<bool>(std::getline(in_, line_));
-  }
-  [[noreturn]] void fail(const std::string& problem) const {
-    throw ConfigError(fmt::format("{}:{}: {}", path_, number_, problem));
+  std::size_t known_among(const std::vector<std::string>& headings) const {
+    std::size_t count = 0;
+    for (const WantedNumber& number : wanted_numbers()) try {
+        find_column(number, source_of(sources_, number.name), headings);
+        ++count;
+      } catch (const ConfigError&) {
+        continue;
+      }
+    return count;
   }
 
   /// What record_csv says about its record.
   void read_about() {
-    while (next_line() && line_.starts_with("# ")) {
-      std::istringstream words(line_.substr(2));
+    for (const std::string& comment : layout_.comments) {
+      std::istringstream words(comment);
       for (std::string word; words >> word;) {
         const auto equals = word.find('=');
-        const std::string key = word.substr(0, equals),
-                          value = equals == std::string::npos ? "" : word.substr(equals + 1);
-        if (key == "experiment") record_.name = value;
-        if (key == "plane") record_.plane = value == "vertical" ? Plane::vertical : Plane::horizontal;
-        if (key == "valves") record_.valves = value;
-        if (key == "payload_kg") record_.payload_kg = std::atof(value.c_str());
+        if (equals == std::string::npos) continue;
+        read_about(word.substr(0, equals), word.substr(equals + 1), comment);
       }
     }
   }
-
-  void read_heading() {
-    heading_ = cells_of(line_);
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-      const auto place = place_of(numbers[i]);
-      if (!place)
-        fail(fmt::format("no column '{}' (allowed: a heading with {}; or --column {}=ONE OF {})", column_of(numbers[i]),
-                         fmt::join(numbers, ", "), numbers[i], fmt::join(heading_, ", ")));
-      places_.push_back(*place);
-      factors_.push_back(sources_.contains(numbers[i]) ? sources_.at(numbers[i]).factor : 1.0);
+  void read_about(const std::string& key, const std::string& value, const std::string& comment) {
+    const auto refuse = [&](const char* allowed) {
+      throw ConfigError(fmt::format("{}: its line {}: {} (allowed: {})", path_, shown("#" + comment),
+                                    shown(key + "=" + value), allowed));
+    };
+    if (key == "experiment") {
+      about_.name = value;
+      if (value.empty() || value.find('/') != std::string::npos) refuse("a name without a slash");
     }
-    label_ = place_of("label");
-  }
-  std::string column_of(const std::string& name) const {
-    const auto source = sources_.find(name);
-    return source == sources_.end() ? name : source->second.column;
-  }
-  std::optional<std::size_t> place_of(const std::string& name) const {
-    const auto at = std::ranges::find(heading_, column_of(name));
-    if (at == heading_.end()) return std::nullopt;
-    return static_cast<std::size_t>(at - heading_.begin());
-  }
-
-  void read_row() {
-    const std::vector<std::string> cells = cells_of(line_);
-    if (cells.size() != heading_.size())
-      fail(fmt::format("{} cells (allowed: {}, as in the heading)", cells.size(), heading_.size()));
-    std::vector<double> v;
-    for (std::size_t i = 0; i < numbers.size(); ++i)
-      v.push_back(factors_[i] * number_in(cells[places_[i]], heading_[places_[i]]));
-    const double coils = v[5];
-    if (coils < 0 || coils > 255 || coils != std::floor(coils))
-      fail(fmt::format("coils {} (allowed: a whole number, a bit a coil)", coils));
-    if (!samples_.time.empty() && !(v[0] > samples_.time.back()))
-      fail(fmt::format("time {} s after {} s (allowed: times that increase)", v[0], samples_.time.back()));
-    samples_.time.push_back(v[0]);
-    samples_.position.push_back(v[1]);
-    samples_.a.push_back(v[2]);
-    samples_.b.push_back(v[3]);
-    samples_.motor.push_back(v[4]);
-    samples_.coils.push_back(static_cast<SwitchPattern>(coils));
-    if (label_) samples_.labels.push_back(cells[*label_]);
-  }
-  double number_in(const std::string& cell, const std::string& column) const {
-    double value = 0;
-    const auto end = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-    if (end.ec != std::errc() || end.ptr != cell.data() + cell.size() || !std::isfinite(value))
-      fail(fmt::format("column '{}': '{}' is no number (allowed: a number)", column, cell));
-    return value;
+    if (key == "plane") {
+      if (value != "vertical" && value != "horizontal") refuse("vertical, horizontal");
+      about_.plane = value == "vertical" ? Plane::vertical : Plane::horizontal;
+    }
+    if (key == "valves") {
+      if (value != "two_way" && value != "three_way") refuse("two_way, three_way");
+      about_.valves = value;
+    }
+    if (key == "payload_kg") {
+      const auto number = number_of_cell(value, '.');
+      if (!number || *number < 0 || *number > 10) refuse("0 to 10");
+      about_.payload_kg = *number;
+    }
   }
 
-  std::istringstream in_;
-  std::string path_, line_;
-  std::map<std::string, Source> sources_;
-  int number_ = 0;
-  std::vector<std::string> heading_;
-  std::vector<std::size_t> places_;
-  std::vector<double> factors_;
+  void find_columns() {
+    try {
+      for (std::size_t i = 0; i < number_count; ++i) {
+        columns_[i] = find_column(wanted_numbers()[i], source_of(sources_, wanted_numbers()[i].name), layout_.headings);
+        if (!columns_[i].told.empty()) told_.push_back(columns_[i].told);
+      }
+      const ColumnSource* label = source_of(sources_, label_name);
+      if (label || std::ranges::find(layout_.headings, label_name) != layout_.headings.end())
+        label_ = find_column({label_name, label_name, ""}, label, layout_.headings).place;
+    } catch (const ConfigError& error) {
+      throw ConfigError(fmt::format("{}:{}: {}", path_, layout_.heading_line, error.what()));
+    }
+    if (!layout_.told.empty()) told_.insert(told_.begin(), layout_.told);
+  }
+
+  void read_row(const CsvRows& rows) {
+    const std::vector<std::string>& cells = rows.cells();
+    const std::size_t expected = layout_.headings.size();
+    const bool too_many = std::any_of(cells.begin() + static_cast<std::ptrdiff_t>(std::min(expected, cells.size())),
+                                      cells.end(), [](const std::string& cell) { return !cell.empty(); });
+    if (cells.size() < expected && rows.cut()) {
+      told_.push_back(fmt::format("line {}, the last, is cut: left out", rows.line()));
+      return;
+    }
+    if (cells.size() < expected || too_many)
+      rows.fail(fmt::format("{} cells (allowed: {}, as in the heading)", cells.size(), expected));
+    std::array<double, number_count> raw{}, ours{};
+    for (std::size_t i = 0; i < number_count; ++i) {
+      const FoundColumn& column = columns_[i];
+      const auto value = number_of_cell(cells[column.place], layout_.decimal);
+      if (!value)
+        rows.fail(fmt::format("column {}: {} is no number (allowed: a number)", shown(layout_.headings[column.place]),
+                              shown(cells[column.place])));
+      raw[i] = *value;
+      ours[i] = column.factor * *value + column.offset;
+    }
+    add(rows, raw, ours);
+    if (label_ && samples_.labels.size() < samples_.size()) samples_.labels.push_back(cells[*label_]);
+  }
+
+  void add(const CsvRows& rows, const std::array<double, number_count>& raw,
+           const std::array<double, number_count>& ours) {
+    const double coils = ours[coils_number];
+    if (!(coils >= 0 && coils < patterns_ && coils == std::floor(coils)))
+      rows.fail(fmt::format("coils {} (allowed: a whole number from 0 to {}, a bit a coil of {} valves)", coils,
+                            patterns_ - 1, about_.valves));
+    // From the first row on, so that the digits of a clock that counts from 1970 are those of the log's own time.
+    if (samples_.size() == 0) first_time_ = raw[time_number];
+    const double t =
+        columns_[time_number].factor * (raw[time_number] - first_time_) +
+        (first_is_zero() ? 0.0 : columns_[time_number].factor * first_time_ + columns_[time_number].offset);
+    const double before = samples_.size() == 0 ? t : samples_.time.back();
+    if (samples_.size() > 0 && t == before && raw == last_) {
+      ++repeated_;
+      return;
+    }
+    if (samples_.size() > 0 && !(t > before && t - samples_.time.front() <= longest_log_s))
+      rows.fail(fmt::format("time {} s after {} s (allowed: times that increase, {:.0f} s in all)", ours[time_number],
+                            columns_[time_number].factor * last_[time_number] + columns_[time_number].offset,
+                            longest_log_s));
+    if (samples_.size() == most_samples) rows.fail(fmt::format("one sample more (allowed: {})", most_samples));
+    last_ = raw;
+    samples_.add(t, ours[position_number], ours[a_number], ours[b_number], ours[motor_number],
+                 static_cast<SwitchPattern>(coils));
+  }
+  /// Whether times are counted from the log's first, being far from it.
+  bool first_is_zero() const { return std::abs(columns_[time_number].factor * first_time_) > longest_log_s; }
+
+  std::string path_;
+  std::vector<ColumnSource> sources_;
+  const LogSettings& settings_;
+  CsvLayout layout_;
+  std::array<FoundColumn, number_count> columns_;
   std::optional<std::size_t> label_;
-  Samples samples_;
-  Record record_;
+  double patterns_ = 0, first_time_ = 0;
+  std::array<double, number_count> last_{};
+  std::size_t repeated_ = 0;
+  std::vector<std::string> told_;
+  LogSamples samples_;
+  Record about_;
 };
+
+LogRecords records_from_run(const std::string& path, const LogSettings& settings) {
+  const RecordedRun run = read_run(path);
+  if (run.system->name != actuator_description().name)
+    throw ConfigError(
+        fmt::format("{}: is of the system '{}' (allowed: {})", path, run.system->name, actuator_description().name));
+  const double patterns = patterns_of(settings.valves);
+  LogSamples samples;
+  for (const TickRecord& tick : run.ticks) {
+    const Measurement& m = tick.sensors;
+    if (!(tick.applied.switches < patterns))
+      throw ConfigError(fmt::format("{}: its tick at {:.3f} s applied the pattern {} (allowed: 0 to {}, of {} valves)",
+                                    path, m.time_s, tick.applied.switches, patterns - 1, settings.valves));
+    const double numbers[] = {m.value[position_channel], m.value[pressure_a_channel], m.value[pressure_b_channel],
+                              tick.applied.continuous[0]};
+    if (!std::ranges::all_of(numbers, [](double v) { return std::isfinite(v); }))
+      continue;  // as if the tick were missing
+    samples.add(m.time_s, numbers[0], numbers[1], numbers[2], numbers[3], tick.applied.switches);
+  }
+  Record about;
+  about.valves = settings.valves;
+  about.plane = settings.plane;
+  LogRecords out = records_of(samples, path, about);
+  if (!run.problem.empty()) out.told.insert(out.told.begin(), run.problem);
+  return out;
+}
+
+/// Numbers of JSON channels, brought to the times of the position's messages: pressures in straight lines between theirs,
+/// motor and coils held, as they were commanded.
+LogRecords records_from_channels(std::string_view bytes, const std::string& path, const LogSettings& settings) {
+  const std::vector<ColumnSource> said = sources_of(settings);
+  std::vector<ColumnSource> sources;
+  sources.reserve(number_count);
+  for (const WantedNumber& number : wanted_numbers()) {
+    const ColumnSource* source = source_of(said, number.name);
+    if (number.name == "time_s" && source)
+      throw ConfigError(
+          "--column time_s: of an MCAP log (allowed: none; times are those at which messages were logged)");
+    if (number.name == "time_s") continue;
+    if (!source)
+      throw ConfigError(fmt::format("{}: no --column {} (allowed: {}=TOPIC.FIELD*FACTOR+OFFSET, of a JSON channel)",
+                                    path, number.name, number.name));
+    sources.push_back(*source);
+  }
+  const std::vector<LoggedSeries> series = read_json_series(bytes, path, sources);
+  const auto of = [&](Number number) -> const LoggedSeries& { return series[number - 1]; };  // time has none
+  const double patterns = patterns_of(settings.valves);
+  LogSamples samples;
+  for (std::size_t i = 0; i < of(position_number).size(); ++i) {
+    const double t = of(position_number).time_s[i];
+    if (t < of(motor_number).time_s.front() || t < of(coils_number).time_s.front()) continue;
+    const double a = of(a_number).straight(t), b = of(b_number).straight(t), coils = of(coils_number).held(t);
+    if (!(coils >= 0 && coils < patterns && coils == std::floor(coils)))
+      throw ConfigError(
+          fmt::format("{}: {}: coils {} at {:.6g} s (allowed: a whole number from 0 to {}, a bit a coil of {} "
+                      "valves)",
+                      path, shown(sources[coils_number - 1].text), coils, t, patterns - 1, settings.valves));
+    if (!std::isfinite(a) || !std::isfinite(b)) continue;  // as if the message were missing
+    samples.add(t, of(position_number).value[i], a, b, of(motor_number).held(t), static_cast<SwitchPattern>(coils));
+  }
+  Record about;
+  about.valves = settings.valves;
+  about.plane = settings.plane;
+  return records_of(samples, path, about);
+}
 
 }  // namespace
 
-Record record_from_csv(const std::string& text, const std::string& path, const LogSettings& settings) {
+LogRecords records_from_csv(const std::string& text, const std::string& path, const LogSettings& settings) {
   return CsvLog(text, path, settings).read();
 }
 
-Record read_log_record(const std::string& path, const LogSettings& settings) {
-  Record record;
-  if (path.ends_with(".csv")) {
-    const auto text = read_whole_file(path);
-    if (!text) throw ConfigError(fmt::format("{}: cannot be read (allowed: a CSV, or an MCAP log of `run`)", path));
-    record = record_from_csv(*text, path, settings);
-  } else {
-    record = record_from_mcap(path, settings);
-  }
-  if (record.name.empty()) record.name = std::filesystem::path(path).stem().string();
-  return record;
+LogRecords read_log_records(const std::string& path, const LogSettings& settings) {
+  LogRecords out;
+  const auto bytes = read_whole_file(path, most_csv_bytes);
+  if (!bytes) throw ConfigError(fmt::format("{}: cannot be read (allowed: a CSV, or an MCAP log of `run`)", path));
+  const bool mcap = path.ends_with(".mcap") || bytes->starts_with(mcap_magic);
+  if (!mcap)
+    out = records_from_csv(*bytes, path, settings);
+  else
+    out = settings.columns.empty() ? records_from_run(path, settings) : records_from_channels(*bytes, path, settings);
+  for (Record& record : out.records)
+    if (record.name.empty()) record.name = std::filesystem::path(path).stem().string();
+  return out;
 }
 
 std::string record_csv(const Record& r) {

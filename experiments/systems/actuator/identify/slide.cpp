@@ -136,8 +136,8 @@ Findings estimate_once(const std::vector<const Record*>& records, const Actuator
     found.estimates.push_back(make_estimate(column.name + suffix, column.unit, fit.x[c], fit.sigma(static_cast<int>(c)),
                                             fit.freedom, method));
   }
-  ResidualPlot plot{"slide" + suffix + "_" + records.front()->name,
-                    records.front()->name + ": forces on the slide",
+  ResidualPlot plot{"slide" + suffix + "_" + records.front()->part_name(),
+                    records.front()->part_name() + ": forces on the slide",
                     "time [s]",
                     "force [N]",
                     {},

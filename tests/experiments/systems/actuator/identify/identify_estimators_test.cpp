@@ -245,7 +245,7 @@ TEST(LogSource, ARecordComesBackFromItsCsv) {
     if (one.name == "breakaway") e = one;
   e.cycles = 1;
   const Record r = simulate_experiment(e, coverage_twin(), {});
-  const Record back = record_from_csv(record_csv(r), "r.csv", {});
+  const Record back = records_from_csv(record_csv(r), "r.csv", {}).records.at(0);
   EXPECT_EQ(back.name, r.name);
   EXPECT_EQ(back.plane, r.plane);
   EXPECT_EQ(back.position_m, r.position_m);
@@ -265,7 +265,7 @@ TEST(LogSource, ColumnsAreNamedScaledAndBroughtToEvenTimes) {
   LogSettings settings;
   settings.columns = {"time_s=t",  "position_m=y_mm*1e-3", "pressure_a_pa=a*1000", "pressure_b_pa=b*1000",
                       "motor_n=u", "coils=valves"};
-  const Record r = record_from_csv(text, "x.csv", settings);
+  const Record r = records_from_csv(text, "x.csv", settings).records.at(0);
   ASSERT_EQ(r.size(), 400u);
   EXPECT_EQ(r.filled, 1u);
   EXPECT_NEAR(r.position_m[100], 0.051, 1e-9);
@@ -278,7 +278,7 @@ TEST(LogSource, WhatIsWrongIsNamed) {
     LogSettings settings;
     settings.columns = columns;
     try {
-      record_from_csv(text, "x.csv", settings);
+      records_from_csv(text, "x.csv", settings);
     } catch (const ConfigError& error) {
       return error.what();
     }
@@ -290,7 +290,7 @@ TEST(LogSource, WhatIsWrongIsNamed) {
   EXPECT_THAT(complaint(heading, {"time_s=t*fast"}), HasSubstr("'fast' is no number"));
   EXPECT_THAT(complaint(heading + "0,1,2,x,4,5\n"), HasSubstr("x.csv:2: column 'pressure_b_pa': 'x'"));
   EXPECT_THAT(complaint(heading + "0,1,2,3,4\n"), HasSubstr("5 cells"));
-  EXPECT_THAT(complaint(heading + "0,1,2,3,4,0\n0,1,2,3,4,0\n"), HasSubstr("times that increase"));
+  EXPECT_THAT(complaint(heading + "0,1,2,3,4,0\n0,1,2,3,5,0\n"), HasSubstr("times that increase"));
   EXPECT_THAT(complaint(heading + "0,1,2,3,4,0.5\n"), HasSubstr("coils"));
   EXPECT_THAT(complaint(heading + "0,1,2,3,4,0\n"), HasSubstr("at least 200"));
 }
