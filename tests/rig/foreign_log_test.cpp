@@ -125,7 +125,7 @@ std::string complaint_about(const std::string& bytes) {
   try {
     read_run((folder / "x.mcap").string());
   } catch (const ConfigError& error) {
-    const std::string text = error.what();
+    std::string text = error.what();
     EXPECT_THAT(text, HasSubstr("x.mcap: "));
     EXPECT_THAT(text, HasSubstr("(allowed: "));
     EXPECT_THAT(text, Not(HasSubstr("json.exception")));
@@ -166,7 +166,7 @@ TEST(ForeignMcap, ACutCompressedChunkGivesWhatCameBefore) {
 }
 
 TEST(ForeignMcap, NoMoreIsDecompressedThanAChunkSays) {
-  const std::string zeros(10'000'000, '\0');
+  const std::string zeros(500'000, '\0');
   for (const char* compression : {"zstd", "lz4"}) {
     const Decompressed some =
         decompress(compression, compression == std::string("zstd") ? zstd_of(zeros) : lz4_of(zeros), 5000);
@@ -296,9 +296,10 @@ std::string bench_channels() {
                         mcap_message(4, 0, "....");
   for (std::uint64_t k = 0; k < 400; ++k) {
     const std::uint64_t at = 1'700'000'000'000'000'000u + k * 1'000'000;
+    const std::uint64_t half_newtons = k / 50;
     if (k % 50 == 0)
-      records +=
-          mcap_message(3, at, fmt::format(R"({{"bits":{},"force":{}}})", k / 50, 0.5 * static_cast<double>(k / 50)));
+      records += mcap_message(
+          3, at, fmt::format(R"({{"bits":{},"force":{}}})", half_newtons, 0.5 * static_cast<double>(half_newtons)));
     records +=
         mcap_message(1, at, fmt::format(R"({{"name":"y","pose":{{"y":{}}}}})", 50.0 + 0.01 * static_cast<double>(k)));
     records +=
@@ -325,7 +326,7 @@ TEST(ForeignMcap, JsonChannelsGiveARecord) {
     EXPECT_NEAR(r.position_m[t], 0.05 + 1e-5 * k, 1e-9) << t;
     EXPECT_NEAR(r.pressure_a_pa[t], 1.5e5 + 100 * (k - 0.5), 0.1) << t;
     EXPECT_EQ(r.coils[t], (t + 1) / 50) << t;
-    EXPECT_EQ(r.motor_n[t], 0.5 * static_cast<double>((t + 1) / 50)) << t;
+    EXPECT_EQ(r.motor_n[t], 0.5 * r.coils[t]) << t;
   }
   const auto complaint = [&](std::size_t column, const std::string& text) -> std::string {
     LogSettings other = settings;
@@ -348,7 +349,7 @@ TEST(ForeignMcap, JsonChannelsGiveARecord) {
 TEST(ForeignMcap, EveryCommandRefusesHostileLogs) {
   const test::Folder folder;
   std::ofstream(folder / "negative.mcap", std::ios::binary) << one_tick(R"({"time_s":0,"coils":-1})");
-  std::ofstream(folder / "empty.mcap", std::ios::binary);
+  folder.write("empty.mcap", "");
   ASSERT_EQ(::mkfifo((folder / "pipe.mcap").c_str(), 0600), 0);
   for (const char* log : {"negative.mcap", "empty.mcap", "pipe.mcap"})
     for (const char* command : {"export", "replay", "profile", "identify --log"}) {

@@ -235,7 +235,7 @@ TEST(ForeignCsv, TimesThatDoNotIncreaseAreRefusedOrSaidAgain) {
 TEST(ForeignCsv, WhatIsNoCsvIsRefusedAtOnce) {
   const std::string heading = "time_s,position_m,pressure_a_pa,pressure_b_pa,motor_n,coils\n";
   EXPECT_THAT(csv_complaint(""), HasSubstr("no heading"));
-  EXPECT_THAT(csv_complaint("\xff\xfet\0i\0"), HasSubstr("UTF-16"));
+  EXPECT_THAT(csv_complaint("\xff\xfet"), HasSubstr("UTF-16"));
   EXPECT_THAT(csv_complaint(std::string("a\0b", 3)), HasSubstr("no text"));
   EXPECT_THAT(csv_complaint(heading + "0,\"" + std::string(200000, 'x')), HasSubstr("a quote that is not closed?"));
   EXPECT_THAT(csv_complaint(heading + "0,1\"2\",3,4,5,6\n"), HasSubstr("x.csv:2: a quote in the middle of a cell"));

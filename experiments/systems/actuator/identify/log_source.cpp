@@ -88,7 +88,7 @@ LogRecords records_of(const LogSamples& samples, const std::string& path, const 
 class CsvLog {
  public:
   CsvLog(const std::string& text, const std::string& path, const LogSettings& settings)
-      : path_(path), sources_(sources_of(settings)), settings_(settings) {
+      : path_(path), sources_(sources_of(settings)) {
     about_.valves = settings.valves;
     about_.plane = settings.plane;
     layout_ = find_layout(text, path, settings.dialect,
@@ -225,7 +225,6 @@ class CsvLog {
 
   std::string path_;
   std::vector<ColumnSource> sources_;
-  const LogSettings& settings_;
   CsvLayout layout_;
   std::array<FoundColumn, number_count> columns_;
   std::optional<std::size_t> label_;
