@@ -67,10 +67,10 @@ SetupStep pin_to_core(const char* who, int core) {
 void prepare_thread(const char* name) noexcept {
   pthread_setname_np(pthread_self(), name);
   prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);
-  sigset_t operators;  // what a person sends; a crash still finds its handler in the thread that crashed
-  sigemptyset(&operators);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGPIPE}) sigaddset(&operators, signal);
-  pthread_sigmask(SIG_BLOCK, &operators, nullptr);
+  sigset_t others;  // what people and timers send; a crash still finds its handler in the thread that crashed
+  sigfillset(&others);
+  for (const int crash : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGSYS, SIGTRAP}) sigdelset(&others, crash);
+  pthread_sigmask(SIG_BLOCK, &others, nullptr);
   touch_stack();
 }
 

@@ -1,6 +1,6 @@
 #include "experiments/base/interrupt.hpp"
 
-#include <initializer_list>
+#include <pthread.h>
 
 namespace solenoid {
 namespace {
@@ -9,30 +9,49 @@ volatile std::sig_atomic_t interrupt_flag = 0;
 
 void raise_flag(int) { interrupt_flag = 1; }
 
+constexpr int ignored[] = {SIGXFSZ, SIGPIPE};
+
+/// What ends a process by default and is neither a crash nor a limit.
+std::vector<int> ending_signals() {
+  std::vector<int> signals = {SIGINT,  SIGTERM,   SIGHUP,  SIGQUIT, SIGUSR1, SIGUSR2,
+                              SIGALRM, SIGVTALRM, SIGPROF, SIGPOLL, SIGPWR,  SIGSTKFLT};
+  for (int signal = SIGRTMIN; signal <= SIGRTMAX; ++signal) signals.push_back(signal);
+  return signals;
+}
+
 }  // namespace
 
 InterruptGuard::InterruptGuard() {
   interrupt_flag = 0;
   struct sigaction action {};
   sigemptyset(&action.sa_mask);
-  std::size_t i = 0;
-  action.sa_handler = raise_flag;
-  for (const int signal : caught) sigaction(signal, &action, &before_[i++]);
-  action.sa_handler = SIG_IGN;
-  for (const int signal : ignored) sigaction(signal, &action, &before_[i++]);
+  const auto set = [&](int signal, void (*handler)(int)) {
+    action.sa_handler = handler;
+    before_.emplace_back();
+    before_.back().first = signal;
+    sigaction(signal, &action, &before_.back().second);
+  };
+  for (const int signal : ending_signals()) set(signal, raise_flag);
+  for (const int signal : ignored) set(signal, SIG_IGN);
 }
 
 InterruptGuard::~InterruptGuard() {
-  std::size_t i = 0;
-  for (const int signal : caught) sigaction(signal, &before_[i++], nullptr);
-  for (const int signal : ignored) sigaction(signal, &before_[i++], nullptr);
+  for (const auto& [signal, action] : before_) sigaction(signal, &action, nullptr);
 }
 
 bool InterruptGuard::raised() { return interrupt_flag != 0; }
 
 void InterruptGuard::leave_in_child() {
-  for (const int signal : {SIGTERM, SIGHUP, SIGXFSZ, SIGPIPE}) std::signal(signal, SIG_DFL);
-  std::signal(SIGINT, SIG_IGN);
+  for (const int signal : ending_signals()) std::signal(signal, SIG_DFL);
+  for (const int signal : ignored) std::signal(signal, SIG_DFL);
+  for (const int signal : {SIGINT, SIGQUIT}) std::signal(signal, SIG_IGN);
+}
+
+void InterruptGuard::hear() {
+  sigset_t set;
+  sigemptyset(&set);
+  for (const int signal : ending_signals()) sigaddset(&set, signal);
+  pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
 }
 
 }  // namespace solenoid

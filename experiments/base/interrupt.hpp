@@ -1,11 +1,14 @@
 #pragma once
 
 #include <csignal>
+#include <utility>
+#include <vector>
 
 namespace solenoid {
 
-/// While it lives, Ctrl-C, SIGTERM and SIGHUP only raise a flag, and a write beyond a file-size limit or to a closed
-/// pipe is an error to report, not the process's end.
+/// While it lives, every signal that would end the process and is no crash (Ctrl-C, Ctrl-\, SIGTERM, SIGHUP, SIGALRM,
+/// SIGUSR2, real-time signals ...) only raises a flag, and a write beyond a file-size limit or to a closed pipe is an
+/// error to report, not the process's end.
 class InterruptGuard {
  public:
   InterruptGuard();
@@ -14,13 +17,13 @@ class InterruptGuard {
   InterruptGuard& operator=(const InterruptGuard&) = delete;
 
   static bool raised();
-  /// For a process forked below the guard: default actions again, but Ctrl-C is its parent's business.
+  /// For a process forked below the guard: default actions again, but Ctrl-C and Ctrl-\ are its parent's business.
   static void leave_in_child();
+  /// Has the calling thread hear what the guard catches, where real-time threads leave signals to others.
+  static void hear();
 
  private:
-  static constexpr int caught[] = {SIGINT, SIGTERM, SIGHUP};
-  static constexpr int ignored[] = {SIGXFSZ, SIGPIPE};
-  struct sigaction before_[5];
+  std::vector<std::pair<int, struct sigaction>> before_;
 };
 
 }  // namespace solenoid

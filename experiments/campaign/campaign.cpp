@@ -271,6 +271,15 @@ Campaign read_campaign(Document document, const Selection& selection) {
   return read_campaign(library, selection);
 }
 
+Campaign read_real_time_task(const std::string& campaign, const std::string& variant, const std::string& scenario) {
+  Selection selection{{variant}, {}};
+  if (!scenario.empty()) selection.scenarios = {scenario};
+  Campaign task = read_campaign(
+      campaign.empty() ? simulation_of(system_of(shipped_variant(variant))).real_time_campaign() : campaign, selection);
+  task.scenarios.resize(1);
+  return task;
+}
+
 double period_of(const Campaign& campaign) {
   return told(campaign.variants.front(), campaign.scenarios.front()).timing.period_s();
 }

@@ -67,6 +67,10 @@ Campaign read_campaign(const std::string& path, const Selection& selection = {})
 /// The same of a document in memory; files are carried with it or relative to its name.
 Campaign read_campaign(Document document, const Selection& selection = {});
 
+/// The one cell that a variant runs in real time. An empty campaign: the variant's system's own, for which it must be a
+/// shipped one; an empty scenario: the campaign's first.
+Campaign read_real_time_task(const std::string& campaign, const std::string& variant, const std::string& scenario);
+
 /// The variants known by name everywhere, in the order of the shipped files.
 std::vector<VariantConfig> shipped_variants();
 

@@ -1,8 +1,5 @@
 #include "controllers/factory.hpp"
-#include "controllers/systems/actuator/actuator_variant.hpp"
 #include "core/config/reader.hpp"
-#include "core/systems/actuator/signals.hpp"
-#include "core/systems/actuator/valves.hpp"
 #include "experiments/base/result.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/check/checks.hpp"
@@ -58,7 +55,7 @@ Result result_of(const std::vector<Check>& checks) {
 
 struct CheckArguments {
   std::vector<std::string> files;
-  std::string rig_file;
+  std::string rig_file, variant = "nine_state";
   OutputOptions output;
   PlantChoice plant;
 };
@@ -66,23 +63,29 @@ struct CheckArguments {
 /// The rig as it stands, outputs safe: what `run` looks at before it moves anything.
 std::vector<Check> check_plant(const CheckArguments& options) {
   PlantChoice choice = options.plant;
-  const Campaign campaign = read_campaign("rig");
-  const VariantConfig variant = told(campaign.variants.front(), campaign.scenarios.front());
+  const Campaign task = read_real_time_task("", options.variant, "");
+  const VariantConfig variant = told(task.variants.front(), task.scenarios.front());
+  const SystemDescription& system = task.system->description();
   choice.rig = options.rig_file.empty() ? usual_rig(variant) : read_rig_file(options.rig_file, variant);
-  const OpenedPlant opened = open_plant(choice, variant, campaign.scenarios.front(), 1);
-  const Preflight found =
-      preflight(*opened.plant, {}, actuator_description(), choice.rig.ladder.plausibility, variant.timing.tick_s);
-  const ChannelLimits& limits = choice.rig.ladder.limits[position_channel];
-  const bool inside = found.at[0] >= limits.low && found.at[0] <= limits.high;
-  const bool late = found.read_us.p99 > 1e6 * variant.timing.tick_s;
-  return {{"plant", "I/O latency", late ? "failed" : "ok",
-           fmt::format("read p50 {:.0f} us, p99 {:.0f} us, max {:.0f} us of the tick's 1000; {} of 100 missed",
-                       found.read_us.p50, found.read_us.p99, found.read_us.max, found.missed)},
-          {"plant", "sensors", found.good() ? "ok" : "failed",
-           found.good() ? "plausible for 0.1 s" : to_string(found.faults, actuator_description())},
-          {"plant", "position", inside ? "ok" : "failed",
-           fmt::format("{:.2f} mm, calibrated; limits {:.1f} to {:.1f} mm", 1e3 * found.at[0], 1e3 * limits.low,
-                       1e3 * limits.high)}};
+  const OpenedPlant opened = open_plant(choice, variant, task.scenarios.front(), 1);
+  const LadderSettings& ladder = choice.rig.ladder;
+  const Preflight found = preflight(*opened.plant, system, ladder.plausibility, variant.timing.tick_s);
+  const double tick_us = 1e6 * variant.timing.tick_s;
+  std::vector<Check> checks = {
+      {"plant", "I/O latency", found.read_us.p99 > tick_us ? "failed" : "ok",
+       fmt::format("read p50 {:.0f} us, p99 {:.0f} us, max {:.0f} us of the tick's {:.0f}; {} of 100 missed",
+                   found.read_us.p50, found.read_us.p99, found.read_us.max, tick_us, found.missed)},
+      {"plant", "sensors", found.good() ? "ok" : "failed",
+       found.good() ? "plausible" : to_string(found.faults, system)}};
+  for (std::size_t a = 0; a < system.axes.size() && !ladder.limits.empty(); ++a) {
+    const Axis& axis = system.axes[a];
+    const ChannelLimits& limits = ladder.limits[axis.channel];
+    checks.push_back(
+        {"plant", axis.signal.name, found.at[a] >= limits.low && found.at[a] <= limits.high ? "ok" : "failed",
+         fmt::format("{:.2f} {}, calibrated; limits {:.1f} to {:.1f} {}", axis.shown_scale * found.at[a],
+                     axis.shown_unit, axis.shown_scale * limits.low, axis.shown_scale * limits.high, axis.shown_unit)});
+  }
+  return checks;
 }
 
 /// Files first: one that is refused ends the command, after every other has been looked at.
@@ -116,7 +119,12 @@ void add_check(CLI::App& app, int& exit_code) {
   add_output_options(*command, options->output, {"table", "json"});
   command->add_option("--plant", options->plant.kind, "look at this plant too, outputs safe: sim, emulator or comedi")
       ->check(CLI::IsMember({"sim", "emulator", "comedi"}));
-  command->add_option("--node", options->plant.address, "ADDRESS:PORT of the UDP I/O node; default 127.0.0.1:47811");
+  command->add_option("--variant", options->variant, "a shipped variant: whose plant it is; default nine_state")
+      ->type_name(value_kind::variant);
+  command->add_option("--node", options->plant.address,
+                      "ADDRESS:PORT of the UDP I/O node; default the rig file's, or 127.0.0.1:47811");
+  command->add_option("--key", options->plant.key_file, "file of the key that the node has too (docs/reference/rig.md)")
+      ->type_name(value_kind::file);
   command->add_option("--rig", options->rig_file, "TOML of calibration, wiring and limits (docs/reference/rig.md)")
       ->type_name(value_kind::toml);
   command->callback([options, &exit_code] { exit_code = check(*options); });

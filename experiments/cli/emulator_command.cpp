@@ -1,15 +1,12 @@
-#include "controllers/systems/actuator/actuator_variant.hpp"
-#include "core/config/reader.hpp"
-#include "core/systems/actuator/valves.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/interrupt.hpp"
-#include "experiments/campaign/campaign.hpp"
+#include "experiments/campaign/simulated_system.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/value_kinds.hpp"
 #include "experiments/rig/emulator.hpp"
-#include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
+#include "experiments/rig/plants.hpp"
+#include "experiments/rig/udp_io.hpp"
 
-#include <csignal>
 #include <cstdio>
 
 #include <CLI/CLI.hpp>
@@ -19,41 +16,30 @@ namespace solenoid {
 namespace {
 
 struct EmulatorArguments {
-  std::string campaign = "rig", scenario = "cycloidal", variant = "nine_state", report;
+  std::string campaign, scenario, variant = "nine_state", report, key_file;
   std::vector<std::string> faults;
   EmulatorSettings emulator;
 };
 
-/// A real-time thread leaves signals to the others of its process; the emulator's is the only one.
-void hear_interrupts() {
-  sigset_t interrupts;
-  sigemptyset(&interrupts);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&interrupts, signal);
-  pthread_sigmask(SIG_UNBLOCK, &interrupts, nullptr);
-}
-
 int emulate(const EmulatorArguments& chosen) {
   EmulatorArguments options = chosen;
-  options.emulator.faults = parse_faults(options.faults, actuator_simulation());
-  const Campaign campaign = read_campaign(options.campaign, {{options.variant}, {options.scenario}});
-  const VariantConfig& variant = campaign.variants.front();
+  const Campaign campaign = read_real_time_task(options.campaign, options.variant, options.scenario);
   const ScenarioConfig& scenario = campaign.scenarios.front();
-  require_rig(scenario, "emulator");
-  const ModeSet modes = system_of(variant).modes(variant);
+  const VariantConfig variant = told(campaign.variants.front(), scenario);
+  options.emulator.faults = parse_faults(options.faults, simulation_of(scenario));
+  if (!options.key_file.empty()) options.emulator.key = read_node_key(options.key_file);
+  const std::uint64_t seed = options.emulator.seed;
   EmulatedNode node(
-      [&](std::uint64_t session) {
-        const std::uint64_t seed = options.emulator.seed + session - 1;
-        return std::make_unique<FaultyPlant>(make_plant(variant, scenario, seed), options.emulator.faults,
-                                             told(variant, scenario), seed);
-      },
-      Calibration{}, (SwitchPattern{1} << modes.switch_count()) - 1);
+      std::make_unique<FaultyPlant>(make_plant(variant, scenario, seed), options.emulator.faults, variant, seed),
+      usual_calibration(variant), system_of(variant).modes(variant), node_wire(variant).text);
   const InterruptGuard guard;
   serve(node, options.emulator, InterruptGuard::raised, [&](const std::string& setup) {
-    hear_interrupts();
-    fmt::print(stderr, "emulator: {} on 127.0.0.1:{}, {} valves, {}\n", scenario.name, options.emulator.port,
-               variant.modes, setup);
+    InterruptGuard::hear();  // the only thread is a real-time one
+    fmt::print(stderr, "emulator: {} on 127.0.0.1:{}, {} {}, {}, {}\n", scenario.name, options.emulator.port,
+               variant.modes, campaign.system->description().modes_key,
+               options.emulator.key ? "with a key" : "without a key", setup);
   });
-  const std::string report = node_report(node);
+  const std::string report = node_report(node, campaign.system->description());
   if (options.report.empty())
     write_standard_output(report);
   else
@@ -66,18 +52,22 @@ int emulate(const EmulatorArguments& chosen) {
 void add_emulator(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<EmulatorArguments>();
   CLI::App* command = app.add_subcommand("emulator", "the rig as a separate process: the twin behind the UDP protocol");
-  command->add_option("--campaign", options->campaign, "where its plant is from; default rig")
+  command
+      ->add_option("--campaign", options->campaign,
+                   "where its plant is from; default: of the variant's system, of the actuator rig")
       ->type_name(value_kind::campaign);
-  command->add_option("--scenario", options->scenario, "whose plant it is; default cycloidal")
+  command->add_option("--scenario", options->scenario, "whose plant it is; default the campaign's first")
       ->type_name(value_kind::scenario);
-  command->add_option("--variant", options->variant, "whose valves it has; default nine_state")
+  command->add_option("--variant", options->variant, "whose switches it has; default nine_state")
       ->type_name(value_kind::variant);
   command->add_option("--port", options->emulator.port, "UDP port on 127.0.0.1; default 47811")
       ->check(CLI::Range(1, 65535));
-  command->add_option("--seed", options->emulator.seed, "of its noise; counts up with each session; default 1");
+  command->add_option("--seed", options->emulator.seed, "of its noise; default 1");
   command->add_option("--fault", options->faults,
-                      "a fault by script, repeatable: " + fault_help(actuator_simulation()));
+                      "a fault by script, repeatable: " + fault_help(simulation_of(*systems().front())));
   command->add_option("--report", options->report, "write what it has seen to this JSON file; default: standard output")
+      ->type_name(value_kind::file);
+  command->add_option("--key", options->key_file, "file of the key that controllers must have (docs/reference/rig.md)")
       ->type_name(value_kind::file);
   command->add_option("--idle-exit", options->emulator.idle_exit_s, "end after so many seconds without a packet")
       ->check(CLI::Range(0.1, 3600.0));

@@ -109,13 +109,13 @@ Experiment approach_to(const Experiment& experiment) {
 std::vector<Record> real_time_records(const IdentifyArguments& options, std::vector<std::string>& remarks) {
   PlantChoice choice = options.plant;
   VariantConfig believed = new_variant();
+  believed.modes = options.run.valves;
   actuator(believed).nominal = named_parameters(options.base);
   choice.rig = options.rig_file.empty() ? usual_rig(believed) : read_rig_file(options.rig_file, believed);
   lock_memory();
-  const OpenedPlant opened = open_plant(choice, new_variant(), {}, options.run.seed);
-  const CrashGuard crash_guard(opened.rig->io());
+  const OpenedPlant opened = open_plant(choice, believed, {}, options.run.seed);
   const Preflight found =
-      preflight(*opened.plant, {}, actuator_description(), choice.rig.ladder.plausibility, actuator_timing.tick_s);
+      preflight(*opened.plant, actuator_description(), choice.rig.ladder.plausibility, actuator_timing.tick_s);
   fmt::print(stderr, "{}\n", found.text(actuator_description()));
   if (!found.good()) throw std::runtime_error("the sensors are not plausible: not started");
   std::vector<Record> records;

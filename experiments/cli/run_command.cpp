@@ -77,12 +77,7 @@ class StatusLine {
 
 /// The chosen cell of the campaign, once for each repeat, with a seed of its own.
 Campaign campaign_of(const RunArguments& options) {
-  std::string name = options.campaign;
-  if (name.empty()) name = simulation_of(system_of(shipped_variant(options.variant))).real_time_campaign();
-  Selection selection{{options.variant}, {}};
-  if (!options.scenario.empty()) selection.scenarios = {options.scenario};
-  Campaign campaign = read_campaign(name, selection);
-  campaign.scenarios.resize(1);
+  Campaign campaign = read_real_time_task(options.campaign, options.variant, options.scenario);
   ScenarioConfig& scenario = campaign.scenarios.front();
   if (options.duration_s > 0) scenario.duration_s = options.duration_s;
   const CampaignRun first = campaign.runs.front();
@@ -103,8 +98,7 @@ void look_before_start(const RunArguments& options, Plant& plant, const VariantC
                        const ScenarioConfig& scenario, SessionSettings& session) {
   constexpr double near = 1e-3;
   const System& system = system_of(scenario);
-  const Preflight found = preflight(plant, make_limits(variant).safe_command(), system.description(),
-                                    session.ladder.plausibility, variant.timing.tick_s);
+  const Preflight found = preflight(plant, system.description(), session.ladder.plausibility, variant.timing.tick_s);
   if (!options.quiet || !found.good()) fmt::print(stderr, "{}\n", found.text(system.description()));
   if (!found.good()) throw std::runtime_error("the sensors are not plausible: not started");
   const AxisValues start = scenario.trajectory.start();
@@ -117,8 +111,6 @@ SessionResult run_one(const RunArguments& options, const Campaign& campaign, con
   const ScenarioConfig& scenario = campaign.scenarios.front();
   const VariantConfig variant = told(campaign.variants.front(), scenario);
   const OpenedPlant opened = open_plant(options.plant, variant, scenario, run.seed);
-  std::optional<CrashGuard> crash_guard;
-  if (opened.rig) crash_guard.emplace(opened.rig->io());
   SessionSettings session = options.session;
   if (opened.rig) look_before_start(options, *opened.plant, variant, scenario, session);
   if (opened.rig) session.after_last_tick = [io = &opened.rig->io()] { io->safe(); };
@@ -137,7 +129,9 @@ SessionResult run_one(const RunArguments& options, const Campaign& campaign, con
   watch.interrupted = InterruptGuard::raised;
   watch.rearm_wanted = rearm_wanted;
   if (!options.quiet) watch.show = [&](const TickRecord& tick) { status.show(tick, campaign.system->description()); };
-  return run_session(*opened.plant, variant, scenario, session, watch);
+  SessionResult result = run_session(*opened.plant, variant, scenario, session, watch);
+  if (opened.rig) result.io = opened.rig->io().health();
+  return result;
 }
 
 int run(const RunArguments& chosen) {
@@ -202,7 +196,10 @@ void add_plant_options(CLI::App& command, RunArguments& o) {
       ->check(CLI::IsMember({"sim", "emulator", "comedi"}));
   command.add_option("--rig", o.rig_file, "TOML of calibration, wiring and limits (docs/reference/rig.md)")
       ->type_name(value_kind::toml);
-  command.add_option("--node", o.plant.address, "ADDRESS:PORT of the UDP I/O node; default 127.0.0.1:47811");
+  command.add_option("--node", o.plant.address,
+                     "ADDRESS:PORT of the UDP I/O node; default the rig file's, or 127.0.0.1:47811");
+  command.add_option("--key", o.plant.key_file, "file of the key that the node has too (docs/reference/rig.md)")
+      ->type_name(value_kind::file);
   command.add_option("--fault", o.faults,
                      "provoke a fault, repeatable: " + fault_help(simulation_of(*systems().front())));
 }

@@ -1,19 +1,21 @@
 #include "experiments/rig/calibration.hpp"
 
+#include "controllers/systems.hpp"
 #include "core/config/reader.hpp"
+#include "experiments/rig/rig_guard.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <csignal>
-#include <cstdlib>
 
 #include <fmt/format.h>
 
 namespace solenoid {
 namespace {
 
-void read_channel(TableReader& table, const char* key, LinearChannel& channel) {
+constexpr double full_scale_v = 5.0;
+constexpr Range limits_v{0.0, 10.0, true};
+
+void read_channel(TableReader& table, const std::string& key, LinearChannel& channel) {
   if (!table.has(key)) return;
   TableReader inner = table.table(key);
   channel.offset = inner.number_or("offset", channel.offset);
@@ -22,35 +24,45 @@ void read_channel(TableReader& table, const char* key, LinearChannel& channel) {
   inner.finish();
 }
 
-std::atomic<RigIo*> crash_io{nullptr};
-constexpr int crashes[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
-
-extern "C" void make_safe_and_crash(int signal) {
-  if (RigIo* io = crash_io.exchange(nullptr)) io->safe();
-  std::signal(signal, SIG_DFL);
-  std::raise(signal);
-}
-
 }  // namespace
 
 std::string IoHealth::text() const {
-  return fmt::format("{} reads, {} missed, {} late, {} corrupt, {} write errors, {} timeouts of the node", reads,
-                     missed, late, corrupt, write_errors, node_timeouts);
+  return fmt::format("{} reads, {} missed, {} late, {} corrupt, {} write errors, {} timeouts of the node{}{}", reads,
+                     missed, late, corrupt, write_errors, node_timeouts,
+                     asked > 0 ? fmt::format("; another controller asked for the node {} times, in vain", asked) : "",
+                     displaced ? "; the node is no longer this controller's" : "");
 }
 
-Calibration read_calibration(TableReader& table) {
+Calibration usual_calibration(const VariantConfig& variant) {
+  const System& system = system_of(variant);
   Calibration c;
-  read_channel(table, "position", c.position);
-  read_channel(table, "pressure_a", c.pressure_a);
-  read_channel(table, "pressure_b", c.pressure_b);
-  read_channel(table, "motor", c.motor);
-  c.motor_limit_v = table.number_or("motor_limit_v", c.motor_limit_v, {0.0, 10.0, true});
+  for (const SensorBounds& bounds : system.ladder(variant).plausibility.channels)
+    c.channels.push_back(
+        {(bounds.rail_low + bounds.rail_high) / 2, (bounds.rail_high - bounds.rail_low) / (2 * full_scale_v)});
+  for (const double most : system.continuous_limits(variant))
+    c.continuous.push_back({{0.0, most / full_scale_v}, full_scale_v});
+  return c;
+}
+
+Calibration read_calibration(TableReader& table, const VariantConfig& variant) {
+  const SystemDescription& system = system_of(variant).description();
+  Calibration c = usual_calibration(variant);
+  for (std::size_t i = 0; i < c.channels.size(); ++i) read_channel(table, system.channels[i].name, c.channels[i]);
+  for (std::size_t i = 0; i < c.continuous.size(); ++i) {
+    const std::string& name = system.continuous[i].name;
+    read_channel(table, name, c.continuous[i]);
+    c.continuous[i].limit_v = table.number_or(name + "_limit_v", c.continuous[i].limit_v, limits_v);
+  }
   table.finish();
   return c;
 }
 
-RigPlant::RigPlant(std::unique_ptr<RigIo> io, const Calibration& calibration, double tick_s)
-    : io_(std::move(io)), calibration_(calibration), tick_s_(tick_s) {
+RigPlant::RigPlant(std::unique_ptr<RigIo> io, const Calibration& calibration, const VariantConfig& variant)
+    : io_(std::move(io)), calibration_(calibration), tick_s_(variant.timing.tick_s) {
+  const SystemDescription& system = system_of(variant).description();
+  for (std::size_t s = 0; s < system.states.size(); ++s)
+    for (std::size_t c = 0; c < system.channels.size(); ++c)
+      if (system.states[s].name == system.channels[c].name) shown_.push_back({s, c});
   io_->open();
 }
 
@@ -63,28 +75,22 @@ Measurement RigPlant::read(double time_s) noexcept {
   last_time_s_ = time_s;
   Measurement s;
   s.time_s = time_s;
-  const double y = calibration_.position.value(in.position_v);
-  const double pa = calibration_.pressure_a.value(in.pressure_a_v), pb = calibration_.pressure_b.value(in.pressure_b_v);
-  s.value = {y, pa, pb};
-  s.truth = {y, 0.0, pa, pb};
+  for (std::size_t i = 0; i < calibration_.channels.size(); ++i)
+    s.value[i] = calibration_.channels[i].value(in.volts[i]);
+  for (const Shown& shown : shown_) s.truth[shown.state] = s.value[shown.channel];
   s.stale_ticks = stale_ticks_;
   s.node_was_safe = in.node_was_safe;
   return s;
 }
 
 void RigPlant::write(const Command& command) noexcept {
-  const double volts = calibration_.motor.volts(motor_force_n(command));
-  io_->write({std::clamp(volts, -calibration_.motor_limit_v, calibration_.motor_limit_v), command.switches});
-}
-
-CrashGuard::CrashGuard(RigIo& io) {
-  crash_io.store(&io);
-  for (const int signal : crashes) std::signal(signal, make_safe_and_crash);
-}
-
-CrashGuard::~CrashGuard() {
-  crash_io.store(nullptr);
-  for (const int signal : crashes) std::signal(signal, SIG_DFL);
+  if (RigGuard::crashing()) return;
+  RigOutputs outputs{{}, command.switches};
+  for (std::size_t i = 0; i < calibration_.continuous.size(); ++i) {
+    const LinearOutput& output = calibration_.continuous[i];
+    outputs.volts[i] = std::clamp(output.volts(command.continuous[i]), -output.limit_v, output.limit_v);
+  }
+  io_->write(outputs);
 }
 
 }  // namespace solenoid

@@ -1,13 +1,16 @@
 #pragma once
 
-#include "core/systems/actuator/signals.hpp"
+#include "core/rt/io.hpp"
 #include "experiments/rig/rig_io.hpp"
 
 #include <memory>
+#include <vector>
 
 namespace solenoid {
 
+class System;
 class TableReader;
+struct VariantConfig;
 
 /// quantity = offset + gain * volts.
 struct LinearChannel {
@@ -16,24 +19,28 @@ struct LinearChannel {
   double volts(double value) const { return (value - offset) / gain; }
 };
 
-/// From volts to the actuator's quantities. The defaults are the twin's: -5..5 V for -10..110 mm and +-210 kPa gauge,
-/// and the amplifier's 1.6 N a volt (4.10).
-struct Calibration {
-  LinearChannel position{0.05, 0.012};          ///< [m], [m/V]
-  LinearChannel pressure_a{101325.0, 42000.0};  ///< [Pa], [Pa/V]
-  LinearChannel pressure_b{101325.0, 42000.0};
-  LinearChannel motor{0.0, 1.6};  ///< [N], [N/V]
-  double motor_limit_v = 5.0;
+/// A continuous input's amplifier.
+struct LinearOutput : LinearChannel {
+  double limit_v = 5.0;  ///< the most it is told, either way
 };
 
-/// Table [calibration]: position, pressure_a, pressure_b, motor, each { offset, gain }; motor_limit_v.
-Calibration read_calibration(TableReader& table);
+/// From volts to a system's quantities and back, in the order of its description.
+struct Calibration {
+  std::vector<LinearChannel> channels;
+  std::vector<LinearOutput> continuous;
+};
+
+/// Converters of -5..5 V between the rails of each channel and over the range of each continuous input. (The actuator's:
+/// -10..110 mm, +-210 kPa gauge, and the amplifier's 1.6 N a volt, thesis (4.10).)
+Calibration usual_calibration(const VariantConfig& variant);
+/// Table [calibration]: each channel and continuous input by its name, { offset, gain }; of the latter NAME_limit_v too.
+Calibration read_calibration(TableReader& table, const VariantConfig& variant);
 
 /// A RigIo as the control loop's plant. What the controller may take for the truth is what was measured.
 class RigPlant final : public Plant {
  public:
   /// Opens the io.
-  RigPlant(std::unique_ptr<RigIo> io, const Calibration& calibration, double tick_s);
+  RigPlant(std::unique_ptr<RigIo> io, const Calibration& calibration, const VariantConfig& variant);
   ~RigPlant() override;
 
   Measurement read(double time_s) noexcept override;
@@ -41,19 +48,15 @@ class RigPlant final : public Plant {
   RigIo& io() { return *io_; }
 
  private:
+  /// Which channel shows a state, if one does.
+  struct Shown {
+    std::size_t state, channel;
+  };
   std::unique_ptr<RigIo> io_;
   Calibration calibration_;
+  std::vector<Shown> shown_;
   double tick_s_, last_time_s_ = -1.0;
   int stale_ticks_ = 0;
-};
-
-/// While it lives, a crash of the process (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT) first makes this io safe.
-class CrashGuard {
- public:
-  explicit CrashGuard(RigIo& io);
-  ~CrashGuard();
-  CrashGuard(const CrashGuard&) = delete;
-  CrashGuard& operator=(const CrashGuard&) = delete;
 };
 
 }  // namespace solenoid

@@ -13,7 +13,6 @@
 #include "experiments/base/files.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <comedilib.h>
@@ -84,13 +83,15 @@ class ComediIo final : public RigIo {
   void open() override {
     device_ = library_.open(settings_.device.c_str());
     if (!device_) throw OutputError(fmt::format("{}: cannot be opened: {}", settings_.device, std::strerror(errno)));
-    const int channels[] = {settings_.position_channel, settings_.pressure_a_channel, settings_.pressure_b_channel};
-    for (std::size_t i = 0; i < inputs_.size(); ++i)
-      inputs_[i] = converter("inputs", settings_.input_subdevice, channels[i], settings_.input_range);
-    motor_ = converter("motor", settings_.output_subdevice, settings_.motor_channel, settings_.output_range);
-    prepare_reading(channels);
-    prepare_coils();
-    write({});
+    inputs_.clear();
+    for (const int channel : settings_.input_channels)
+      inputs_.push_back(converter("inputs", settings_.input_subdevice, channel, settings_.input_range));
+    outputs_.clear();
+    for (const ComediSettings::Output& o : settings_.outputs)
+      outputs_.push_back(converter("outputs", o.subdevice, o.channel, o.range));
+    prepare_reading();
+    prepare_switches();
+    write({{}, settings_.safe_switches});
     if (health_.write_errors > 0) throw OutputError(settings_.device + ": refuses the safe outputs");
     health_ = {};
     health_.connected = true;
@@ -103,23 +104,20 @@ class ComediIo final : public RigIo {
       ++health_.missed;
       return values_;
     }
-    double* const volts[] = {&values_.position_v, &values_.pressure_a_v, &values_.pressure_b_v};
-    for (std::size_t i = 0; i < inputs_.size(); ++i) *volts[i] = inputs_[i].volts(samples_[i]);
+    for (std::size_t i = 0; i < inputs_.size(); ++i) values_.volts[i] = inputs_[i].volts(samples_[i]);
     return values_;
   }
 
   void write(const RigOutputs& outputs) noexcept override {
-    unsigned bits = 0;
-    for (std::size_t c = 0; c < settings_.coil_channels.size(); ++c)
-      if ((outputs.coils >> c) & 1u) bits |= 1u << settings_.coil_channels[c];
+    unsigned bits = digital(outputs.switches);
     watchdog_ = !watchdog_;
     if (settings_.watchdog_channel >= 0 && watchdog_) bits |= 1u << settings_.watchdog_channel;
-    put(outputs.motor_v, bits, digital_mask_);
+    put(outputs.volts, bits, digital_mask_);
   }
 
   /// The watchdog's output stands still: it will trip as well.
   void safe() noexcept override {
-    if (device_) put(0.0, 0, coil_mask_);
+    if (device_) put({}, digital(settings_.safe_switches), switch_mask_);
   }
 
   IoHealth health() const noexcept override { return health_; }
@@ -150,31 +148,33 @@ class ComediIo final : public RigIo {
     return {volts->min, volts->max, most};
   }
 
-  void prepare_reading(const int (&channels)[3]) {
+  void prepare_reading() {
+    samples_.assign(inputs_.size(), 0);
+    instructions_.assign(inputs_.size(), {});
     for (std::size_t i = 0; i < instructions_.size(); ++i) {
       comedi_insn& in = instructions_[i];
       in.insn = INSN_READ;
       in.n = 1;
       in.data = &samples_[i];
       in.subdev = static_cast<unsigned>(settings_.input_subdevice);
-      in.chanspec = CR_PACK(static_cast<unsigned>(channels[i]), static_cast<unsigned>(settings_.input_range),
-                            reference_of(settings_.reference));
+      in.chanspec = CR_PACK(static_cast<unsigned>(settings_.input_channels[i]),
+                            static_cast<unsigned>(settings_.input_range), reference_of(settings_.reference));
     }
     list_.n_insns = static_cast<unsigned>(instructions_.size());
     list_.insns = instructions_.data();
   }
 
-  void prepare_coils() {
+  void prepare_switches() {
     const auto sub = static_cast<unsigned>(settings_.digital_subdevice);
-    std::vector<int> outputs = settings_.coil_channels;
-    for (const int c : outputs) coil_mask_ |= 1u << c;
-    digital_mask_ = coil_mask_;
+    std::vector<int> outputs = settings_.switch_channels;
+    for (const int c : outputs) switch_mask_ |= 1u << c;
+    digital_mask_ = switch_mask_;
     if (settings_.watchdog_channel >= 0) outputs.push_back(settings_.watchdog_channel);
     if (settings_.watchdog_channel >= 0) digital_mask_ |= 1u << settings_.watchdog_channel;
     const int channels = library_.get_n_channels(device_, sub);
     for (const int channel : outputs) {
       if (channel >= channels)
-        throw ConfigError(fmt::format("[comedi] valves: {} has no channel {} in subdevice {} (allowed: below {})",
+        throw ConfigError(fmt::format("[comedi] switches: {} has no channel {} in subdevice {} (allowed: below {})",
                                       settings_.device, channel, settings_.digital_subdevice, channels));
       if (library_.get_subdevice_type(device_, sub) == COMEDI_SUBD_DIO &&
           library_.dio_config(device_, sub, static_cast<unsigned>(channel), COMEDI_OUTPUT) < 0)
@@ -182,24 +182,34 @@ class ComediIo final : public RigIo {
     }
   }
 
-  void put(double motor_v, unsigned bits, unsigned mask) noexcept {
-    const int digital =
-        library_.dio_bitfield2(device_, static_cast<unsigned>(settings_.digital_subdevice), mask, &bits, 0);
-    const int analog = library_.data_write(
-        device_, static_cast<unsigned>(settings_.output_subdevice), static_cast<unsigned>(settings_.motor_channel),
-        static_cast<unsigned>(settings_.output_range), AREF_GROUND, motor_.sample(motor_v));
-    if (digital < 0 || analog != 1) ++health_.write_errors;
+  unsigned digital(SwitchPattern switches) const noexcept {
+    unsigned bits = 0;
+    for (std::size_t c = 0; c < settings_.switch_channels.size(); ++c)
+      if ((switches >> c) & 1u) bits |= 1u << settings_.switch_channels[c];
+    return bits;
+  }
+
+  void put(const ContinuousValues& volts, unsigned bits, unsigned mask) noexcept {
+    bool done =
+        library_.dio_bitfield2(device_, static_cast<unsigned>(settings_.digital_subdevice), mask, &bits, 0) >= 0;
+    for (std::size_t i = 0; i < outputs_.size(); ++i) {
+      const ComediSettings::Output& to = settings_.outputs[i];
+      const int written =
+          library_.data_write(device_, static_cast<unsigned>(to.subdevice), static_cast<unsigned>(to.channel),
+                              static_cast<unsigned>(to.range), AREF_GROUND, outputs_[i].sample(volts[i]));
+      done = done && written == 1;
+    }
+    if (!done) ++health_.write_errors;
   }
 
   ComediSettings settings_;
   Library library_;
   comedi_t* device_ = nullptr;
-  std::array<Converter, 3> inputs_;
-  Converter motor_;
-  std::array<lsampl_t, 3> samples_{};
-  std::array<comedi_insn, 3> instructions_{};
+  std::vector<Converter> inputs_, outputs_;
+  std::vector<lsampl_t> samples_;
+  std::vector<comedi_insn> instructions_;
   comedi_insnlist list_{};
-  unsigned coil_mask_ = 0, digital_mask_ = 0;
+  unsigned switch_mask_ = 0, digital_mask_ = 0;
   bool watchdog_ = false;
   RigInputs values_;
   IoHealth health_;

@@ -1,7 +1,5 @@
 #include "experiments/rig/emulated_node.hpp"
 
-#include "core/systems/actuator/signals.hpp"
-
 #include <algorithm>
 #include <cmath>
 
@@ -11,59 +9,133 @@ namespace solenoid {
 namespace {
 
 constexpr std::size_t most_events = 1000;
+constexpr double offer_holds_s = 1.0;
+constexpr double rounding_v = 1e-6;  // a voltage travels in whole microvolts
+
+constexpr bool of_a_node(NodePacket::Type type) {
+  using Type = NodePacket::Type;
+  return type == Type::offer || type == Type::refuse || type == Type::sample;
+}
 
 }  // namespace
 
-EmulatedNode::EmulatedNode(MakePlant make_plant, const Calibration& calibration, SwitchPattern known_coils)
-    : make_plant_(std::move(make_plant)), calibration_(calibration), known_coils_(known_coils) {}
+std::string NodePeer::text() const {
+  return fmt::format("{}.{}.{}.{}:{}", address >> 24, (address >> 16) & 255u, (address >> 8) & 255u, address & 255u,
+                     port);
+}
 
-std::optional<NodePacket> EmulatedNode::take(const NodePacket& packet, double now_s) {
-  if (packet.type == NodePacket::Type::open) {
-    begin_session(packet, now_s);
-    return sample(packet, now_s);
+EmulatedNode::EmulatedNode(std::unique_ptr<FaultyPlant> plant, const Calibration& calibration, const ModeSet& modes,
+                           std::string wire)
+    : plant_(std::move(plant)),
+      calibration_(calibration),
+      safe_command_{modes.safe_pattern(), {}},
+      known_switches_((SwitchPattern{1} << modes.switch_count()) - 1),
+      wire_(std::move(wire)) {}
+
+std::optional<NodePacket> EmulatedNode::take(const NodePacket& packet, const NodePeer& from, double now_s) {
+  using Type = NodePacket::Type;
+  if (packet.type == Type::hello) return welcome(packet, from, now_s);
+  if (of_a_node(packet.type)) {  // its own, sent back by somebody
+    ++log_.foreign_packets;
+    return std::nullopt;
   }
-  if (!plant_ || packet.session != session_ || !newer(packet.sequence, newest_)) {
+  if (session_ == 0 || packet.session != session_ || from != peer_) {
+    if (packet.type == Type::open) return open(packet, from, now_s);
+    ++log_.foreign_packets;
+    if (packet.type != Type::request) return std::nullopt;
+    return taken(now_s) ? busy(packet, from, now_s) : refuse(packet, NodeRefusal::no_session, "");
+  }
+  if (packet.sequence <= newest_) {
     ++log_.old_packets;
     return std::nullopt;
   }
   newest_ = packet.sequence;
+  heard_s_ = now_s;
   switch (packet.type) {
-    case NodePacket::Type::request:
-      return sample(packet, now_s);
-    case NodePacket::Type::command:
+    case Type::command:
       command(packet, now_s);
       return std::nullopt;
-    case NodePacket::Type::safe:
+    case Type::safe:
+    case Type::close:
       if (!safe_) make_safe(now_s, "safe by command");
+      if (packet.type == Type::close) {
+        session_ = 0;
+        event(now_s, "closed");
+      }
       return std::nullopt;
-    default:
-      return std::nullopt;
+    default:  // a request, or an open again: its first answer was lost
+      return sample(packet, now_s);
   }
 }
 
-void EmulatedNode::begin_session(const NodePacket& packet, double now_s) {
-  const bool again = plant_ && packet.session == session_;
+NodePacket EmulatedNode::welcome(const NodePacket& hello, const NodePeer& from, double now_s) {
+  if (hello.text(0) != wire_) return refuse(hello, NodeRefusal::other_wire, wire_);
+  if (taken(now_s) && from != peer_) return busy(hello, from, now_s);
+  Offer& offer = offers_[next_offer_++ % offers_.size()];
+  offer = {from, unguessable_number(), now_s + offer_holds_s};
+  NodePacket answer(NodePacket::Type::offer);
+  answer.session = offer.session;
+  answer.append(hello.session);
+  return answer;
+}
+
+std::optional<NodePacket> EmulatedNode::open(const NodePacket& packet, const NodePeer& from, double now_s) {
+  const auto offer = std::ranges::find_if(offers_, [&](const Offer& o) {
+    return o.session != 0 && o.session == packet.session && o.peer == from && now_s < o.until_s;
+  });
+  if (offer == offers_.end()) {
+    ++log_.foreign_packets;
+    return std::nullopt;
+  }
+  if (taken(now_s) && from != peer_) return busy(packet, from, now_s);
+  begin_session(*offer, now_s);
+  *offer = {};
   newest_ = packet.sequence;
-  if (again) return;  // the first answer was lost
-  plant_ = make_plant_(static_cast<std::uint64_t>(++log_.sessions));
-  session_ = packet.session;
-  session_timeouts_ = session_refused_ = 0;
-  opened_s_ = now_s_ = now_s;
-  safe_ = true;
+  return sample(packet, now_s);
+}
+
+void EmulatedNode::begin_session(const Offer& offer, double now_s) {
+  if (begun_s_ < 0) begun_s_ = now_s_ = now_s;
+  if (!safe_) make_safe(now_s, "safe by another session");
+  ++log_.sessions;
+  session_ = offer.session;
+  peer_ = offer.peer;
+  heard_s_ = now_s;
+  session_timeouts_ = session_refused_ = session_asked_ = 0;
   commanded_ = false;
-  event(now_s, "opened");
+  event(now_s, "opened by " + peer_.text());
   advance(now_s);
+}
+
+NodePacket EmulatedNode::refuse(const NodePacket& packet, NodeRefusal why, const std::string& text) {
+  NodePacket answer(NodePacket::Type::refuse);
+  answer.session = packet.session;
+  answer.sequence = ++answers_;
+  answer.append(static_cast<std::int32_t>(why));
+  answer.append(text);
+  return answer;
+}
+
+NodePacket EmulatedNode::busy(const NodePacket& packet, const NodePeer& from, double now_s) {
+  ++log_.asked;
+  ++session_asked_;
+  if (from != last_foreign_) event(now_s, fmt::format("refused {}: {} has the node", from.text(), peer_.text()));
+  last_foreign_ = from;
+  return refuse(packet, NodeRefusal::busy,
+                fmt::format("{}, heard of {:.0f} ms ago", peer_.text(), 1e3 * (now_s - heard_s_)));
 }
 
 void EmulatedNode::command(const NodePacket& packet, double now_s) {
   advance(now_s);
-  const auto coils = static_cast<SwitchPattern>(packet.words[0]);
-  const double volts = 1e-6 * packet.words[1];
   ++log_.commands;
-  if ((coils & ~known_coils_) != 0 || std::abs(volts) > calibration_.motor_limit_v + 1e-6) {
+  const auto wanted = NodeCommand::of(packet, calibration_.continuous.size());
+  bool possible = wanted && (wanted->switches & ~known_switches_) == 0;
+  for (std::size_t i = 0; possible && i < calibration_.continuous.size(); ++i)
+    possible = std::abs(wanted->volts[i]) <= calibration_.continuous[i].limit_v + rounding_v;
+  if (!possible) {
     ++log_.refused;
     ++session_refused_;
-    event(now_s, fmt::format("refused coils {:b}, motor {} V", coils, volts));
+    event(now_s, "refused a command that its outputs cannot be");
     return;  // and does not count as a command
   }
   if (commanded_) log_.longest_silence_s = std::max(log_.longest_silence_s, now_s - last_command_s_);
@@ -71,20 +143,23 @@ void EmulatedNode::command(const NodePacket& packet, double now_s) {
   safe_ = false;
   commanded_ = true;
   last_command_s_ = now_s;
-  plant_->write(actuator_command(coils, calibration_.motor.value(volts)));
+  Command told{wanted->switches, {}};
+  for (std::size_t i = 0; i < calibration_.continuous.size(); ++i)
+    told.continuous[i] = calibration_.continuous[i].value(wanted->volts[i]);
+  plant_->write(told);
 }
 
 void EmulatedNode::make_safe(double now_s, const char* why) {
   advance(now_s);
-  plant_->write({});
+  plant_->write(safe_command_);
   safe_ = true;
   event(now_s, why);
 }
 
 void EmulatedNode::tick(double now_s) {
-  if (!plant_) return;
+  if (!begun()) return;
   advance(now_s);
-  if (safe_ || !commanded_ || now_s - last_command_s_ < node_timeout_s) return;
+  if (safe_ || now_s - last_command_s_ < node_timeout_s) return;
   ++log_.timeouts;
   ++session_timeouts_;
   log_.safe_after_s = now_s - last_command_s_;
@@ -93,28 +168,25 @@ void EmulatedNode::tick(double now_s) {
 
 void EmulatedNode::advance(double now_s) {
   now_s_ = std::max(now_s_, now_s);
-  sensors_ = plant_->read(session_time_s(now_s_));
+  sensors_ = plant_->read(time_s(now_s_));
 }
 
 NodePacket EmulatedNode::sample(const NodePacket& asked, double now_s) {
   advance(now_s);
-  NodePacket answer;
-  answer.type = NodePacket::Type::sample;
+  NodePacket answer(NodePacket::Type::sample);
   answer.flags = safe_ ? NodePacket::flag_safe : 0;
   answer.session = session_;
   answer.sequence = ++answers_;
-  answer.time_us = static_cast<std::uint64_t>(1e6 * session_time_s(now_s_));
-  answer.words = {static_cast<std::int32_t>(asked.sequence),
-                  to_microvolts(calibration_.position.volts(sensors_.value[position_channel])),
-                  to_microvolts(calibration_.pressure_a.volts(sensors_.value[pressure_a_channel])),
-                  to_microvolts(calibration_.pressure_b.volts(sensors_.value[pressure_b_channel])),
-                  session_timeouts_,
-                  session_refused_};
+  answer.time_us = static_cast<std::uint64_t>(1e6 * time_s(now_s_));
+  NodeSample seen{asked.sequence, session_timeouts_, session_refused_, session_asked_, {}};
+  for (std::size_t i = 0; i < calibration_.channels.size(); ++i)
+    seen.volts[i] = calibration_.channels[i].volts(sensors_.value[i]);
+  seen.put(answer, calibration_.channels.size());
   return answer;
 }
 
 void EmulatedNode::event(double now_s, std::string what) {
-  if (log_.events.size() < most_events) log_.events.push_back({session_time_s(now_s), std::move(what)});
+  if (log_.events.size() < most_events) log_.events.push_back({time_s(now_s), std::move(what)});
 }
 
 }  // namespace solenoid

@@ -2,6 +2,7 @@
 
 #include "core/rt/clock.hpp"
 #include "core/rt/process_setup.hpp"
+#include "core/system/description.hpp"
 #include "experiments/base/files.hpp"
 
 #include <cerrno>
@@ -42,7 +43,7 @@ class Socket {
     socklen_t length = sizeof from;
     return ::recvfrom(file_, bytes, size, MSG_DONTWAIT, reinterpret_cast<sockaddr*>(&from), &length);
   }
-  void send(const std::array<char, NodePacket::size>& bytes, const sockaddr_in& to) {
+  void send(std::string_view bytes, const sockaddr_in& to) {
     [[maybe_unused]] const ssize_t sent =
         ::sendto(file_, bytes.data(), bytes.size(), MSG_DONTWAIT, reinterpret_cast<const sockaddr*>(&to), sizeof to);
   }
@@ -65,7 +66,8 @@ class Wire {
   bool lost(double time_s) { return happens("lost", time_s); }
   void send(const NodePacket& packet, const sockaddr_in& to, double now_s, double time_s) {
     if (lost(time_s)) return;
-    auto bytes = packet.encode();
+    std::array<char, NodePacket::most_size> room;
+    std::string bytes(room.data(), packet.encode(room, settings_.key ? &*settings_.key : nullptr));
     if (happens("corrupt", time_s)) bytes[random_() % bytes.size()] ^= static_cast<char>(1 + random_() % 255);
     double late_s = 0.0;
     for (const InjectedFault& f : settings_.faults)
@@ -84,7 +86,7 @@ class Wire {
  private:
   struct Waiting {
     double due_s;
-    std::array<char, NodePacket::size> bytes;
+    std::string bytes;
     sockaddr_in to;
   };
   bool happens(const char* kind, double time_s) {
@@ -130,36 +132,44 @@ void serve(EmulatedNode& node, const EmulatorSettings& settings, const std::func
   listening(setup);
   MonotonicClock clock;
   double heard_s = 0.0;
+  const NodeKey* const key = settings.key ? &*settings.key : nullptr;
   while (!stop()) {
-    char bytes[2 * NodePacket::size];
+    std::array<char, NodePacket::most_size + 1> bytes;
     sockaddr_in from{};
-    for (ssize_t size; (size = socket.receive(bytes, sizeof bytes, from)) >= 0;) {
-      const double now_s = clock.now_s(), time_s = node.open() ? node.session_time_s(now_s) : 0.0;
-      const auto packet = NodePacket::decode({bytes, static_cast<std::size_t>(size)});
+    for (ssize_t size; (size = socket.receive(bytes.data(), bytes.size(), from)) >= 0;) {
+      const double now_s = clock.now_s(), time_s = node.begun() ? node.time_s(now_s) : 0.0;
+      const auto packet = NodePacket::decode({bytes.data(), static_cast<std::size_t>(size)}, key);
       if (!packet || wire.lost(time_s)) continue;
       heard_s = now_s;
-      if (const auto answer = node.take(*packet, now_s)) wire.send(*answer, from, now_s, time_s);
+      const NodePeer peer{ntohl(from.sin_addr.s_addr), ntohs(from.sin_port)};
+      if (const auto answer = node.take(*packet, peer, now_s)) wire.send(*answer, from, now_s, time_s);
     }
     const double now_s = clock.now_s();
     node.tick(now_s);
     wire.flush(now_s);
-    if (node.open()) fail_as_told(settings, node.session_time_s(now_s), done);
-    if (node.open() && settings.idle_exit_s > 0 && now_s - heard_s > settings.idle_exit_s) return;
+    if (node.begun()) fail_as_told(settings, node.time_s(now_s), done);
+    if (heard_s > 0 && settings.idle_exit_s > 0 && now_s - heard_s > settings.idle_exit_s) return;
     socket.wait(0.5e-3);
   }
 }
 
-std::string node_report(const EmulatedNode& node) {
+std::string node_report(const EmulatedNode& node, const SystemDescription& system) {
   const NodeLog& log = node.log();
   nlohmann::ordered_json json = {{"sessions", log.sessions},
                                  {"commands", log.commands},
                                  {"old_packets", log.old_packets},
+                                 {"foreign_packets", log.foreign_packets},
+                                 {"asked", log.asked},
                                  {"timeouts", log.timeouts},
                                  {"refused", log.refused},
                                  {"longest_silence_ms", 1e3 * log.longest_silence_s},
                                  {"safe_after_ms", 1e3 * log.safe_after_s}};
-  if (node.open())
-    json["final_outputs"] = {{"coils", node.outputs().switches}, {"motor_n", node.outputs().continuous[0]}};
+  if (node.begun()) {
+    nlohmann::ordered_json& outputs = json["final_outputs"];
+    outputs[system.switches_key] = node.outputs().switches;
+    for (std::size_t i = 0; i < system.continuous.size(); ++i)
+      outputs[system.continuous[i].key] = node.outputs().continuous[i];
+  }
   json["events"] = nlohmann::ordered_json::array();
   for (const NodeLog::Event& e : log.events) json["events"].push_back({{"time_s", e.time_s}, {"what", e.what}});
   return json.dump(1) + "\n";

@@ -10,9 +10,10 @@ namespace solenoid {
 /// The emulator's process: where it listens, and how its packets and itself fail.
 struct EmulatorSettings {
   int port = node_port;
+  std::optional<NodeKey> key;         ///< controllers must have it too
   std::vector<InjectedFault> faults;  ///< packets and process; the plant has its own
   std::uint64_t seed = 1;
-  double idle_exit_s = 0.0;  ///< ends after so long without a packet, once a session has begun; 0: never
+  double idle_exit_s = 0.0;  ///< ends after so long without a packet, once one has come; 0: never
   int priority = 85;         ///< SCHED_FIFO; 0: as it is
 };
 
@@ -21,7 +22,7 @@ struct EmulatorSettings {
 void serve(EmulatedNode& node, const EmulatorSettings& settings, const std::function<bool()>& stop,
            const std::function<void(const std::string&)>& listening);
 
-/// What the node has seen, as JSON.
-std::string node_report(const EmulatedNode& node);
+/// What the node of a system has seen, as JSON.
+std::string node_report(const EmulatedNode& node, const SystemDescription& system);
 
 }  // namespace solenoid

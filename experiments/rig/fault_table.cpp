@@ -209,12 +209,13 @@ Result result_of(const std::vector<FaultOutcome>& simulated, const std::vector<P
       .columns = {Column("fault", "process", "<"), Column("exit_code", "run's exit"), Column("node_safe_after_ms"),
                   Column("", "node safe after ms", ".1f"), Column("longest_silence_ms", "longest silence ms", ".1f"),
                   Column("final_outputs", "", "", Data::json), Column("", "node's outputs", "<"),
-                  Column("refused", "refused"), Column("log_ticks", "ticks in the log"),
-                  Column("log_closed", "closed", "<"), Column("safe_causes", "why SAFE", "<")}};
+                  Column("refused", "refused"), Column("sessions", "sessions"), Column("asked", "asked too"),
+                  Column("log_ticks", "ticks in the log"), Column("log_closed", "closed", "<"),
+                  Column("safe_causes", "why SAFE", "<")}};
   for (const ProcessOutcome& p : processes)
     second.add({p.name, p.exit_code, p.safe_after_ms, happened(p.safe_after_ms), p.longest_silence_ms,
-                outputs(p.final_outputs), outputs_text(p.final_outputs), p.refused, p.log_ticks, p.log_closed,
-                p.causes});
+                outputs(p.final_outputs), outputs_text(p.final_outputs), p.refused, p.sessions, p.asked, p.log_ticks,
+                p.log_closed, p.causes});
   return {.tables = {table, second}};
 }
 

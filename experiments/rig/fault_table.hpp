@@ -36,14 +36,16 @@ FaultOutcome simulate_fault(const std::string& variant, const std::string& name,
 /// What became of a process-level fault: a controller and an emulated node as two processes of this program.
 struct ProcessOutcome {
   std::string name;
-  int exit_code = 0;              ///< of `run`; 128 + signal if one ended it
-  double safe_after_ms = -1;      ///< node: last command to safe outputs, if it had to time out
-  double longest_silence_ms = 0;  ///< node: between two commands
-  Command final_outputs;          ///< of the node
-  std::int64_t refused = 0;       ///< commands the node refused
-  std::int64_t log_ticks = 0;     ///< that can be read back
+  int exit_code = 0;                     ///< of `run`; 128 + signal if one ended it
+  double safe_after_ms = -1;             ///< node: last command to safe outputs, if it had to time out
+  double longest_silence_ms = 0;         ///< node: between two commands
+  Command final_outputs;                 ///< of the node
+  std::int64_t refused = 0;              ///< commands the node refused
+  std::int64_t sessions = 0, asked = 0;  ///< of the node: begun, and other controllers that it told to wait
+  std::int64_t log_ticks = 0;            ///< that can be read back
   bool log_closed = false;
   std::string causes;
+  std::string results;  ///< where its files' names begin
 };
 
 /// Signals, lost processes and wires, disks: real processes in real time, some seconds each. `program`: this program's

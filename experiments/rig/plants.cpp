@@ -6,28 +6,43 @@
 #include "experiments/rig/faulty_plant.hpp"
 #include "experiments/rig/udp_io.hpp"
 
+#include <cstdio>
+
 #include <fmt/format.h>
 
 namespace solenoid {
+namespace {
 
-constexpr const char* rig_system = "actuator";  // whose calibration and wiring there are
+std::unique_ptr<RigIo> node_io(const PlantChoice& choice, const VariantConfig& variant) {
+  UdpSettings settings = parse_node_address(choice.address.empty() ? choice.rig.node.address : choice.address);
+  const std::string& key_file = choice.key_file.empty() ? choice.rig.node.key_file : choice.key_file;
+  if (!key_file.empty()) settings.key = read_node_key(key_file);
+  if (!settings.key && !on_loopback(settings))
+    fmt::print(stderr,
+               "WARNING: I/O node {} is reached without a key: whoever is on the network can drive the rig "
+               "(docs/reference/rig.md, \"Keys\")\n",
+               settings.text());
+  return std::make_unique<UdpIo>(settings, node_wire(variant));
+}
 
-void require_rig(const ScenarioConfig& scenario, const std::string& what) {
-  if (system_of(scenario).name() != rig_system)
-    throw ConfigError(fmt::format("{}: boards and nodes are of the {}, not of {} (allowed: sim)", what, rig_system,
-                                  system_of(scenario).name()));
+}  // namespace
+
+NodeWire node_wire(const VariantConfig& variant) {
+  const System& system = system_of(variant);
+  return {wire_text(system.description(), system.modes(variant)), system.description().channels.size(),
+          system.description().continuous.size()};
 }
 
 OpenedPlant open_plant(const PlantChoice& choice, const VariantConfig& variant, const ScenarioConfig& scenario,
                        std::uint64_t seed) {
   OpenedPlant opened;
-  if (choice.kind != "sim") require_rig(scenario, "--plant " + choice.kind);
   std::unique_ptr<RigIo> io;
-  if (choice.kind == "emulator") io = std::make_unique<UdpIo>(parse_node_address(choice.address));
+  if (choice.kind == "emulator") io = node_io(choice, variant);
   if (choice.kind == "comedi") io = make_comedi_io(choice.rig.comedi);
   if (io) {
-    auto plant = std::make_unique<RigPlant>(std::move(io), choice.rig.calibration, variant.timing.tick_s);
+    auto plant = std::make_unique<RigPlant>(std::move(io), choice.rig.calibration, variant);
     opened.rig = plant.get();
+    opened.guard = std::make_unique<RigGuard>(plant->io());
     opened.plant = std::move(plant);
     return opened;
   }

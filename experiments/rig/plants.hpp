@@ -3,6 +3,7 @@
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/rig/fault_script.hpp"
 #include "experiments/rig/rig_file.hpp"
+#include "experiments/rig/rig_guard.hpp"
 
 #include <memory>
 #include <string>
@@ -11,24 +12,28 @@
 namespace solenoid {
 
 class RigPlant;
+struct NodeWire;
 
 /// Which plant a run drives, and how it is reached.
 struct PlantChoice {
-  std::string kind = "sim";                 ///< sim | emulator | comedi
-  RigFile rig;                              ///< calibration and wiring
-  std::string address = "127.0.0.1:47811";  ///< of the UDP I/O node
-  std::vector<InjectedFault> faults;        ///< of a simulated plant
+  std::string kind = "sim";           ///< sim | emulator | comedi
+  RigFile rig;                        ///< calibration and wiring
+  std::string address;                ///< of the UDP I/O node; empty: the rig's
+  std::string key_file;               ///< shared with it; empty: the rig's
+  std::vector<InjectedFault> faults;  ///< of a simulated plant
 };
 
-/// A plant ready for its first read. Throws ConfigError or OutputError. `sim` is the scenario's own plant in real time.
+/// A plant ready for its first read. `sim` is the scenario's own plant in real time.
 struct OpenedPlant {
   std::unique_ptr<Plant> plant;
-  RigPlant* rig = nullptr;  ///< plant, if it is behind a RigIo
+  RigPlant* rig = nullptr;          ///< plant, if it is behind a RigIo
+  std::unique_ptr<RigGuard> guard;  ///< of its io; ends before it
 };
-/// Boards, nodes and calibration are one system's: throws ConfigError for a task of another. `what`: asks for them.
-void require_rig(const ScenarioConfig& scenario, const std::string& what);
-
+/// Throws ConfigError or OutputError. Warns on standard error of a node on the network that is not authenticated.
 OpenedPlant open_plant(const PlantChoice& choice, const VariantConfig& variant, const ScenarioConfig& scenario,
                        std::uint64_t seed);
+
+/// What an I/O node of the variant's switches must have on its wire.
+NodeWire node_wire(const VariantConfig& variant);
 
 }  // namespace solenoid

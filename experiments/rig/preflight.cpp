@@ -9,8 +9,8 @@
 
 namespace solenoid {
 
-Preflight preflight(Plant& plant, const Command& safe, const SystemDescription& system,
-                    const PlausibilitySettings& settings, double tick_s) {
+Preflight preflight(Plant& plant, const SystemDescription& system, const PlausibilitySettings& settings,
+                    double tick_s) {
   constexpr int ticks = 100;
   Preflight found;
   Plausibility plausibility(settings);
@@ -20,7 +20,6 @@ Preflight preflight(Plant& plant, const Command& safe, const SystemDescription& 
   std::array<int, max_axes> sound{};
   for (int k = 0; k < ticks; ++k) {
     clock.sleep_until((k + 1) * tick_s);
-    plant.write(safe);
     const double begin = clock.now_s();
     Measurement sensors = plant.read(0.0);
     read_us.push_back(1e6 * (clock.now_s() - begin));

@@ -18,8 +18,7 @@ struct Preflight {
   bool good() const { return faults.empty(); }
   std::string text(const SystemDescription& system) const;
 };
-/// Commands nothing but safe outputs.
-Preflight preflight(Plant& plant, const Command& safe, const SystemDescription& system,
-                    const PlausibilitySettings& settings, double tick_s);
+/// Reads and commands nothing: outputs stay the safe ones they are after opening.
+Preflight preflight(Plant& plant, const SystemDescription& system, const PlausibilitySettings& settings, double tick_s);
 
 }  // namespace solenoid

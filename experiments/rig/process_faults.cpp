@@ -1,5 +1,6 @@
 #include "core/systems/actuator/signals.hpp"
 #include "experiments/base/files.hpp"
+#include "experiments/base/interrupt.hpp"
 #include "experiments/rig/fault_table.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
 
@@ -50,7 +51,8 @@ class Child {
     const int file = ::open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
     ::dup2(file, STDOUT_FILENO);
     ::dup2(file, STDERR_FILENO);
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGXFSZ}) std::signal(signal, SIG_DFL);
+    InterruptGuard::leave_in_child();
+    std::signal(SIGINT, SIG_DFL);
     before();
     ::execv(program.c_str(), argv.data());
     ::_exit(127);
@@ -77,25 +79,41 @@ class Child {
   pid_t pid_ = -1;
 };
 
+/// Where a fault strikes.
+struct Scene {
+  Child& run;
+  const std::string &program, &variant, &node, &results;  ///< this program; whose switches the node has; its address
+};
+
 struct Case {
   const char* name;
   std::vector<std::string> run_arguments, node_arguments;
-  std::function<void(Child&)> strike = [](Child&) {};
+  std::function<void(const Scene&)> strike = [](const Scene&) {};
   std::function<void()> before_run = [] {};
+  const char* duration = "3";
 };
 
+/// Another controller, and somebody who only looks, ask for the same node.
+void ask_too(const Scene& scene) {
+  Child looks(scene.program, {"check", "--plant", "emulator", "--node", scene.node}, scene.results + "-check.txt");
+  Child drives(scene.program,
+               {"run", scene.variant, "--plant", "emulator", "--node", scene.node, "--out", scene.results + "-second"},
+               scene.results + "-second.txt");
+  for (Child* child : {&looks, &drives}) child->wait(longest_start_s);
+}
+
 std::vector<Case> cases() {
-  const auto signal = [](int which) { return [which](Child& run) { run.send(which); }; };
-  const auto stopped = [](Child& run) {
-    run.send(SIGSTOP);
+  const auto signal = [](int which) { return [which](const Scene& scene) { scene.run.send(which); }; };
+  const auto stopped = [](const Scene& scene) {
+    scene.run.send(SIGSTOP);
     wait_s(0.1);
-    run.send(SIGCONT);
+    scene.run.send(SIGCONT);
   };
   const auto limited = [] {
     const rlimit limit{300'000, 300'000};
     ::setrlimit(RLIMIT_FSIZE, &limit);
   };
-  const auto hog = [](Child&) {
+  const auto hog = [](const Scene&) {
     std::vector<std::thread> threads;
     threads.reserve(4);
     for (int i = 0; i < 4; ++i)
@@ -109,9 +127,13 @@ std::vector<Case> cases() {
   return {{"nothing", {}, {}},
           {"SIGINT", {}, {}, signal(SIGINT)},
           {"SIGTERM", {}, {}, signal(SIGTERM)},
+          {"SIGQUIT (Ctrl-\\)", {}, {}, signal(SIGQUIT)},
+          {"SIGTSTP (Ctrl-Z)", {}, {}, signal(SIGTSTP)},
+          {"SIGXCPU", {}, {}, signal(SIGXCPU)},
           {"SIGSEGV", {}, {}, signal(SIGSEGV)},
           {"SIGKILL", {}, {}, signal(SIGKILL)},
           {"SIGSTOP for 100 ms", {}, {}, stopped},
+          {"another controller asks", {}, {}, ask_too, [] {}, "8"},
           {"node killed", {}, {"--fault", "process:killed@1"}},
           {"node stands still for 100 ms", {}, {"--fault", "process:stopped=0.1@1"}},
           {"every packet lost", {}, {"--fault", "packets:lost=1@1"}},
@@ -119,7 +141,7 @@ std::vector<Case> cases() {
           {"packets 2 ms late", {}, {"--fault", "packets:late=2@1"}},
           {"10 % of packets repeated", {}, {"--fault", "packets:repeated=0.1@1"}},
           {"5 % of packets corrupt", {}, {"--fault", "packets:corrupt=0.05@1"}},
-          {"disk full", {}, {}, [](Child&) {}, limited},
+          {"disk full", {}, {}, [](const Scene&) {}, limited},
           {"disk read-only", {"--fault", "disk:read_only@2"}, {}},
           {"disk 300 ms slow", {"--fault", "disk:slow=300@1"}, {}},
           {"solver hangs", {"--fault", "solver:hang@1"}, {}},
@@ -146,6 +168,8 @@ void look_at_node(const std::string& path, ProcessOutcome& out) {
   out.longest_silence_ms = report.at("longest_silence_ms");
   if (report.at("timeouts") > 0) out.safe_after_ms = report.at("safe_after_ms");
   out.refused = report.at("refused");
+  out.sessions = report.at("sessions");
+  out.asked = report.at("asked");
   if (const auto outputs = report.find("final_outputs"); outputs != report.end())
     out.final_outputs = actuator_command(outputs->at("coils"), outputs->at("motor_n"));
 }
@@ -155,20 +179,21 @@ ProcessOutcome provoke(const Case& c, const std::string& program, const std::str
   ProcessOutcome out;
   out.name = c.name;
   const std::string here = fmt::format("{}/{}", folder, port), report = here + "-node.json";
+  out.results = here;
   const std::string log = fmt::format("{}/cycloidal--{}--s1.mcap", here, variant);
   std::vector<std::string> node = {"emulator", "--variant", variant,       "--port", std::to_string(port),
                                    "--report", report,      "--idle-exit", "1"};
   node.insert(node.end(), c.node_arguments.begin(), c.node_arguments.end());
-  std::vector<std::string> run = {
-      "run",        variant, "--plant", "emulator", "--node", fmt::format("127.0.0.1:{}", port),
-      "--duration", "3",     "--out",   here,       "--quiet"};
+  const std::string address = fmt::format("127.0.0.1:{}", port);
+  std::vector<std::string> run = {"run",        variant,    "--plant", "emulator", "--node", address,
+                                  "--duration", c.duration, "--out",   here,       "--quiet"};
   run.insert(run.end(), c.run_arguments.begin(), c.run_arguments.end());
   Child emulator(program, node, here + "-node.txt");
   wait_s(0.2);
   Child controller(program, run, here + "-run.txt", c.before_run);
   wait_until([&] { return std::filesystem::exists(log); }, longest_start_s);
   wait_s(strike_s);
-  c.strike(controller);
+  c.strike({controller, program, variant, address, here});
   out.exit_code = controller.wait(20.0);
   emulator.wait(5.0);
   look_at_log(log, out);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 #include <fmt/format.h>
@@ -15,49 +16,72 @@ namespace {
 
 constexpr int most_channels = 31;  // of one masked write
 
-/// Boards and nodes, with their calibration, are the actuator's.
-bool is_of_rig(const System& system) { return system.name() == actuator_description().name; }
-
-void read_inputs(TableReader& t, ComediSettings& c) {
+void read_inputs(TableReader& t, const SystemDescription& system, ComediSettings& c) {
   c.input_subdevice = t.integer_or("subdevice", c.input_subdevice, 0, 63);
-  c.position_channel = t.integer_or("position", c.position_channel, 0, 255);
-  c.pressure_a_channel = t.integer_or("pressure_a", c.pressure_a_channel, 0, 255);
-  c.pressure_b_channel = t.integer_or("pressure_b", c.pressure_b_channel, 0, 255);
+  for (std::size_t i = 0; i < c.input_channels.size(); ++i)
+    c.input_channels[i] = t.integer_or(system.channels[i].name, c.input_channels[i], 0, 255);
   c.input_range = t.integer_or("range", c.input_range, 0, 31);
   c.reference = t.text_or("reference", c.reference, {"ground", "common", "diff"});
   t.finish();
 }
 
-void read_motor(TableReader& t, ComediSettings& c) {
-  c.output_subdevice = t.integer_or("subdevice", c.output_subdevice, 0, 63);
-  c.motor_channel = t.integer_or("channel", c.motor_channel, 0, 255);
-  c.output_range = t.integer_or("range", c.output_range, 0, 31);
+void read_output(TableReader& t, ComediSettings::Output& output) {
+  output.subdevice = t.integer_or("subdevice", output.subdevice, 0, 63);
+  output.channel = t.integer_or("channel", output.channel, 0, 255);
+  output.range = t.integer_or("range", output.range, 0, 31);
   t.finish();
 }
 
-void read_valves(TableReader& t, ComediSettings& c) {
+void read_switches(TableReader& t, const std::string& key, std::size_t switches, ComediSettings& c) {
   c.digital_subdevice = t.integer_or("subdevice", c.digital_subdevice, 0, 63);
-  if (t.has("coils")) c.coil_channels = t.integers("coils", 0, most_channels);
+  if (t.has(key)) c.switch_channels = t.integers(key, 0, most_channels);
+  if (c.switch_channels.size() < switches)
+    t.fail(key, fmt::format("{} channels (allowed: one for each of {})", c.switch_channels.size(), switches));
   c.watchdog_channel = t.integer_or("watchdog", c.watchdog_channel, -1, most_channels);
-  std::set<int> channels(c.coil_channels.begin(), c.coil_channels.end());
-  if (channels.size() != c.coil_channels.size() || channels.contains(c.watchdog_channel))
-    t.fail("coils", "a channel is there twice (allowed: one channel a coil, none of them the watchdog's)");
+  std::set<int> channels(c.switch_channels.begin(), c.switch_channels.end());
+  if (channels.size() != c.switch_channels.size() || channels.contains(c.watchdog_channel))
+    t.fail(key, "a channel is there twice (allowed: one channel each, none of them the watchdog's)");
   t.finish();
 }
 
-ComediSettings read_comedi(TableReader& table) {
+ComediSettings usual_comedi(const VariantConfig& variant) {
+  const SystemDescription& system = system_of(variant).description();
+  const ModeSet modes = system_of(variant).modes(variant);
   ComediSettings c;
-  c.device = table.text_or("device", c.device);
-  const auto section = [&](const char* key, void (*read)(TableReader&, ComediSettings&)) {
-    if (!table.has(key)) return;
-    TableReader inner = table.table(key);
-    read(inner, c);
-  };
-  section("inputs", read_inputs);
-  section("motor", read_motor);
-  section("valves", read_valves);
-  table.finish();
+  c.input_channels.resize(system.channels.size());
+  std::iota(c.input_channels.begin(), c.input_channels.end(), 0);
+  for (std::size_t i = 0; i < system.continuous.size(); ++i) c.outputs.push_back({1, static_cast<int>(i), 0});
+  c.switch_channels.resize(static_cast<std::size_t>(modes.switch_count()));
+  std::iota(c.switch_channels.begin(), c.switch_channels.end(), 0);
+  c.safe_switches = modes.safe_pattern();
   return c;
+}
+
+void read_comedi(TableReader& table, const VariantConfig& variant, ComediSettings& c) {
+  const SystemDescription& system = system_of(variant).description();
+  c.device = table.text_or("device", c.device);
+  if (table.has("inputs")) {
+    TableReader inner = table.table("inputs");
+    read_inputs(inner, system, c);
+  }
+  for (std::size_t i = 0; i < c.outputs.size(); ++i) {
+    if (!table.has(system.continuous[i].name)) continue;
+    TableReader inner = table.table(system.continuous[i].name);
+    read_output(inner, c.outputs[i]);
+  }
+  if (table.has(system.modes_key)) {
+    TableReader inner = table.table(system.modes_key);
+    const int switches = system_of(variant).modes(variant).switch_count();
+    read_switches(inner, system.switches_key, static_cast<std::size_t>(switches), c);
+  }
+  table.finish();
+}
+
+void read_node(TableReader& table, NodeSettings& node) {
+  node.address = table.text_or("address", node.address);
+  node.key_file = table.text_or("key_file", node.key_file);
+  if (!node.key_file.empty()) node.key_file = table.document().beside(node.key_file);
+  table.finish();
 }
 
 /// Limits of the channels, by the names that they have in a rig's file.
@@ -93,10 +117,10 @@ constexpr LimitKeys actuator_keys = {"dmpc_slots", "motor_slots", "motor_n_per_t
 
 void read_limits(TableReader& t, const VariantConfig& variant, RigFile& rig) {
   const SystemDescription& system = system_of(variant).description();
-  const bool of_rig = is_of_rig(system_of(variant));
-  const LimitKeys keys = of_rig ? actuator_keys : LimitKeys{};
+  const bool of_actuator = system.name == actuator_description().name;
+  const LimitKeys keys = of_actuator ? actuator_keys : LimitKeys{};
   LadderSettings& l = rig.ladder;
-  if (of_rig)
+  if (of_actuator)
     read_actuator_limits(t, l);
   else if (!l.limits.empty())
     read_channel_limits(t, system, l);
@@ -119,6 +143,8 @@ void read_limits(TableReader& t, const VariantConfig& variant, RigFile& rig) {
 
 RigFile usual_rig(const VariantConfig& variant) {
   RigFile rig;
+  rig.calibration = usual_calibration(variant);
+  rig.comedi = usual_comedi(variant);
   rig.ladder = system_of(variant).ladder(variant);
   require_complete(rig.ladder, system_of(variant).description());
   return rig;
@@ -131,18 +157,18 @@ RigFile read_rig_file(const std::string& path, const VariantConfig& variant) {
 }
 
 RigFile read_rig(TableReader table, const VariantConfig& variant) {
-  const System& system = system_of(variant);
   RigFile rig = usual_rig(variant);
-  for (const char* key : {"calibration", "comedi"})
-    if (!is_of_rig(system) && table.has(key))
-      table.fail(key, fmt::format("of the actuator's rig, not of {} (allowed: limits)", system.name()));
   if (table.has("calibration")) {
     TableReader calibration = table.table("calibration");
-    rig.calibration = read_calibration(calibration);
+    rig.calibration = read_calibration(calibration, variant);
   }
   if (table.has("comedi")) {
     TableReader comedi = table.table("comedi");
-    rig.comedi = read_comedi(comedi);
+    read_comedi(comedi, variant, rig.comedi);
+  }
+  if (table.has("node")) {
+    TableReader node = table.table("node");
+    read_node(node, rig.node);
   }
   if (table.has("limits")) {
     TableReader limits = table.table("limits");

@@ -9,22 +9,35 @@
 
 namespace solenoid {
 
-/// Board and channels behind libcomedi. The defaults are a MultiQ3 as the thesis wired it.
+/// Board and channels behind libcomedi. The defaults are a MultiQ3 as the thesis wired it: inputs from channel 0 on,
+/// outputs too, switches likewise.
 struct ComediSettings {
+  /// Of a continuous input.
+  struct Output {
+    int subdevice = 1, channel = 0, range = 0;
+  };
   std::string device = "/dev/comedi0";
-  int input_subdevice = 0, position_channel = 0, pressure_a_channel = 1, pressure_b_channel = 2, input_range = 0;
+  int input_subdevice = 0, input_range = 0;
+  std::vector<int> input_channels;   ///< of the system's channels, in their order
   std::string reference = "ground";  ///< ground | common | diff
-  int output_subdevice = 1, motor_channel = 0, output_range = 0;
+  std::vector<Output> outputs;       ///< of its continuous inputs
   int digital_subdevice = 3;
-  std::vector<int> coil_channels = {0, 1, 2, 3};  ///< of coil 0, 1, ...
-  int watchdog_channel = -1;                      ///< toggles with every write; -1: none
+  std::vector<int> switch_channels;  ///< of switch 0, 1, ...
+  int watchdog_channel = -1;         ///< toggles with every write; -1: none
+  std::uint32_t safe_switches = 0;   ///< the pattern of the safe outputs
 };
 
-/// A rig as data: what `run --rig FILE` reads. Tables [calibration], [comedi] (of the actuator alone) and [limits],
-/// all optional.
+/// How the I/O node is reached.
+struct NodeSettings {
+  std::string address = "127.0.0.1:47811";
+  std::string key_file;  ///< none: packets are not authenticated
+};
+
+/// A rig as data: what `run --rig FILE` reads. Tables [calibration], [comedi], [node] and [limits], all optional.
 struct RigFile {
   Calibration calibration;
   ComediSettings comedi;
+  NodeSettings node;
   LadderSettings ladder;  ///< the system's for the variant that runs, with what the file says
   CommandRates rates;
   std::string text;  ///< what was read; empty: the defaults

@@ -125,6 +125,7 @@ void tick_thread(Plant& plant, FallbackLadder& ladder, CommandLimits& limits, Ru
   loop.run(most, tick_s, [&] { return ending(tap.last); });
   shared.allocations = AllocationGuard::thread_allocations() - before;
   plant.write(limits.safe_command());
+  settings.after_last_tick();
   shared.loop = loop.counts();
   shared.causes = tap.last.decision.safe_causes;
   shared.last_s = tap.last.sensors.time_s;
@@ -202,9 +203,7 @@ RunLogSettings log_settings(const SessionSettings& settings, const SystemDescrip
 }
 
 /// Has the ladder begin where the plant stands; the log says where, for a replay.
-void begin_off_the_start(Plant& plant, const Command& safe, const SystemDescription& system, FallbackLadder& ladder,
-                         RunLogSettings& log) {
-  plant.write(safe);
+void begin_off_the_start(Plant& plant, const SystemDescription& system, FallbackLadder& ladder, RunLogSettings& log) {
   const Measurement now = plant.read(0.0);
   AxisValues from{};
   for (std::size_t a = 0; a < system.axes.size(); ++a) {
@@ -274,7 +273,7 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
   limits.set_rates(settings.rates);
   Statistics statistics(settings.duration_s, timing);
   RunLogSettings to = log_settings(settings, system);
-  if (!settings.at_start_position) begin_off_the_start(plant, limits.safe_command(), system, *ladder, to);
+  if (!settings.at_start_position) begin_off_the_start(plant, system, *ladder, to);
   RunLog log(to, [&](const TickRecord& tick) { statistics.add(tick); });
 
   Shared shared;
@@ -284,7 +283,6 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
   guard.join();
   if (shared.abandoned.load()) leave(settings, log);
   thread.join();
-  settings.after_last_tick();
 
   take_counts(shared, *ladder, limits, result);
   result.log_path = log.path();

@@ -6,9 +6,11 @@
 #include "core/rt/process_setup.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/rig/fault_script.hpp"
+#include "experiments/rig/rig_io.hpp"
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -49,8 +51,8 @@ struct SessionResult {
   SessionTiming timing;
   LoopCounts loop;
   LadderCounts ladder;
+  std::optional<IoHealth> io;  ///< of a plant behind wires
   std::int64_t refused_commands = 0, slowed_commands = 0, allocations_in_tick = 0;
-  std::int64_t io_retries = 0;
   FaultSet causes;       ///< of the SAFE the run ended in; `stopped` alone is a clean end
   double ended_s = 0.0;  ///< time of the last tick
   std::string log_path, log_problem;

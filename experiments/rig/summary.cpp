@@ -80,6 +80,7 @@ std::string session_text(const RunRecord& record, const SessionResult& r) {
                       r.loop.late, r.allocations_in_tick);
   text += fmt::format("slots       {}\n", ladder_line(r.ladder, system));
   text += fmt::format("commands    {} refused, {} slowed by rates\n", r.refused_commands, r.slowed_commands);
+  if (r.io) text += fmt::format("I/O         {}\n", r.io->text());
   text += fmt::format("log         {}{}\n\n", r.log_path, r.log_problem.empty() ? "" : " INCOMPLETE: " + r.log_problem);
   return text + timing_table(r.timing);
 }
@@ -119,6 +120,15 @@ Json session_json(const RunRecord& record, const SessionResult& r) {
     json["ladder"][to_string(static_cast<Rung>(i), system)] = r.ladder.slots[static_cast<std::size_t>(i)];
   json["ladder"]["safe_entries"] = r.ladder.safe_entries;
   json["ladder"]["rearms"] = r.ladder.rearms;
+  if (r.io)
+    json["io"] = {{"reads", r.io->reads},
+                  {"missed", r.io->missed},
+                  {"late", r.io->late},
+                  {"corrupt", r.io->corrupt},
+                  {"write_errors", r.io->write_errors},
+                  {"node_timeouts", r.io->node_timeouts},
+                  {"asked", r.io->asked},
+                  {"displaced", r.io->displaced}};
   json["safe_causes"] = to_string(r.causes, system);
   json["log"] = {{"path", r.log_path}, {"problem", r.log_problem}};
   for (const SetupStep& step : r.setup)

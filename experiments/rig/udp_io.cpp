@@ -4,125 +4,188 @@
 #include "experiments/base/files.hpp"
 
 #include <cerrno>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
+#include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 namespace solenoid {
+namespace {
+
+constexpr double try_again_s = 0.05;
+
+}  // namespace
+
+std::string UdpSettings::text() const { return fmt::format("{}:{}", address, port); }
+
 UdpSettings parse_node_address(const std::string& text) {
   UdpSettings settings;
   const std::size_t colon = text.rfind(':');
   settings.address = text.substr(0, colon);
   in_addr parsed{};
-  if (colon != std::string::npos) settings.port = std::atoi(text.c_str() + colon + 1);
-  if (inet_pton(AF_INET, settings.address.c_str(), &parsed) != 1 || settings.port < 1 || settings.port > 65535)
+  const char *first = text.data() + std::min(colon, text.size() - 1) + 1, *last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(first, last, settings.port);
+  if (colon == std::string::npos || error != std::errc() || end != last || settings.port < 1 || settings.port > 65535 ||
+      inet_pton(AF_INET, settings.address.c_str(), &parsed) != 1)
     throw ConfigError(fmt::format("--node: '{}' is no address (allowed: an IPv4 address, a colon, a port)", text));
   return settings;
 }
 
+bool on_loopback(const UdpSettings& settings) { return settings.address.starts_with("127."); }
+
 UdpIo::~UdpIo() {
-  if (socket_ >= 0) ::close(socket_);
+  if (socket_ < 0) return;
+  NodePacket packet(NodePacket::Type::close);
+  if (session_ != 0) send(packet);
+  ::close(socket_);
 }
 
-void UdpIo::open() {
+void UdpIo::connect() {
+  if (socket_ >= 0) ::close(socket_);
   socket_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   sockaddr_in to{};
   to.sin_family = AF_INET;
   to.sin_port = htons(static_cast<std::uint16_t>(settings_.port));
   inet_pton(AF_INET, settings_.address.c_str(), &to.sin_addr);
   if (socket_ < 0 || ::connect(socket_, reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0)
-    throw OutputError(fmt::format("I/O node {}:{}: {}", settings_.address, settings_.port, std::strerror(errno)));
-  timespec now{};
-  clock_gettime(CLOCK_REALTIME, &now);
-  session_ = static_cast<std::uint32_t>(now.tv_nsec) ^ (static_cast<std::uint32_t>(now.tv_sec) << 8) ^
-             static_cast<std::uint32_t>(getpid());
-  const double give_up = clock_.now_s() + settings_.open_wait_s;
-  while (clock_.now_s() < give_up) {
-    send(NodePacket::Type::open, {});
-    if (wait_for_sample(sequence_, 0.05)) {
-      health_ = {};
-      health_.connected = true;
-      return;
-    }
-    clock_.sleep_until(clock_.now_s() + 0.05);
-  }
-  throw OutputError(fmt::format("I/O node {}:{}: no answer within {} s (is `solenoid emulator` running?)",
-                                settings_.address, settings_.port, settings_.open_wait_s));
+    throw OutputError(fmt::format("I/O node {}: {}", settings_.text(), std::strerror(errno)));
 }
 
-bool UdpIo::send(NodePacket::Type type, const std::array<std::int32_t, 6>& words) noexcept {
-  NodePacket packet;
-  packet.type = type;
+void UdpIo::open() {
+  connect();
+  refusal_.clear();
+  session_ = newest_echo_ = 0;
+  sequence_ = 0;
+  timeouts_seen_ = 0;
+  const double begun = clock_.now_s();
+  const auto patience_s = [&] { return refusal_.empty() ? settings_.open_wait_s : settings_.busy_wait_s; };
+  while (clock_.now_s() - begun < patience_s()) {
+    if (const auto offered = ask_for_session()) {
+      session_ = *offered;
+      NodePacket packet(NodePacket::Type::open);
+      send(packet);
+      if (wait_for_sample(packet.sequence, try_again_s)) {
+        health_ = {};
+        health_.connected = true;
+        return;
+      }
+      session_ = 0;
+    }
+    clock_.sleep_until(clock_.now_s() + try_again_s);
+  }
+  if (!refusal_.empty()) throw OutputError(fmt::format("I/O node {}: {}", settings_.text(), refusal_));
+  throw OutputError(fmt::format("I/O node {}: no answer within {} s (is `solenoid emulator` running{}?)",
+                                settings_.text(), settings_.open_wait_s,
+                                settings_.key ? ", with the same key" : ", without a key"));
+}
+
+std::optional<std::uint64_t> UdpIo::ask_for_session() {
+  const std::uint64_t asked = unguessable_number();
+  NodePacket hello(NodePacket::Type::hello);
+  session_ = asked;
+  hello.append(std::string_view(wire_.text));
+  send(hello);
+  session_ = 0;
+  for (const double until = clock_.now_s() + try_again_s; clock_.now_s() < until; wait(until))
+    while (const auto packet = receive()) {
+      if (packet->type == NodePacket::Type::offer && packet->number(0) == asked) return packet->session;
+      if (packet->type != NodePacket::Type::refuse || packet->session != asked) continue;
+      const std::string text(packet->text(4));
+      if (static_cast<NodeRefusal>(packet->word(0)) == NodeRefusal::other_wire)
+        throw ConfigError(fmt::format("I/O node {}: it is of \"{}\", this controller of \"{}\" (allowed: the same)",
+                                      settings_.text(), text, wire_.text));
+      refusal_ = "another controller has it: " + text;
+      return std::nullopt;
+    }
+  return std::nullopt;
+}
+
+bool UdpIo::send(NodePacket& packet) noexcept {
   packet.session = session_;
   packet.sequence = ++sequence_;
   packet.time_us = static_cast<std::uint64_t>(1e6 * clock_.now_s());
-  packet.words = words;
-  const auto bytes = packet.encode();
-  return ::send(socket_, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
+  std::array<char, NodePacket::most_size> bytes;
+  const std::size_t size = packet.encode(bytes, key());
+  return ::send(socket_, bytes.data(), size, MSG_DONTWAIT | MSG_NOSIGNAL) == static_cast<ssize_t>(size);
 }
 
-bool UdpIo::receive(std::uint32_t sequence) noexcept {
-  bool arrived = false;
-  char bytes[2 * NodePacket::size];
+std::optional<NodePacket> UdpIo::receive() noexcept {
+  std::array<char, NodePacket::most_size + 1> bytes;
   for (;;) {
-    const ssize_t size = ::recv(socket_, bytes, sizeof bytes, MSG_DONTWAIT);
-    if (size < 0) return arrived;
-    const auto packet = NodePacket::decode({bytes, static_cast<std::size_t>(size)});
-    if (!packet || packet->type != NodePacket::Type::sample || packet->session != session_) {
-      ++health_.corrupt;
-      continue;
-    }
-    const auto echo = static_cast<std::uint32_t>(packet->words[0]);
-    if (!newer(echo, newest_echo_)) continue;  // a repetition, or overtaken
-    newest_echo_ = echo;
-    inputs_.position_v = from_microvolts(packet->words[1]);
-    inputs_.pressure_a_v = from_microvolts(packet->words[2]);
-    inputs_.pressure_b_v = from_microvolts(packet->words[3]);
-    if (packet->words[4] != timeouts_seen_) {
-      inputs_.node_was_safe = inputs_.node_was_safe || packet->words[4] > timeouts_seen_;
-      timeouts_seen_ = packet->words[4];
-      health_.node_timeouts = timeouts_seen_;
-    }
-    if (echo == sequence)
-      arrived = true;
-    else
-      ++health_.late;
+    const ssize_t size = ::recv(socket_, bytes.data(), bytes.size(), MSG_DONTWAIT);
+    if (size < 0) return std::nullopt;
+    if (auto packet = NodePacket::decode({bytes.data(), static_cast<std::size_t>(size)}, key())) return packet;
+    ++health_.corrupt;
   }
 }
 
-bool UdpIo::wait_for_sample(std::uint32_t sequence, double wait_s) noexcept {
-  const double until = clock_.now_s() + wait_s;
-  for (;;) {
-    if (receive(sequence)) return true;
-    const double left = until - clock_.now_s();
-    if (left <= 0) return false;
-    const timespec rest{static_cast<time_t>(left), static_cast<long>(1e9 * (left - std::floor(left)))};
-    pollfd ready{socket_, POLLIN, 0};
-    ::ppoll(&ready, 1, &rest, nullptr);
+void UdpIo::take(const NodeSample& sample) noexcept {
+  newest_echo_ = sample.echo;
+  inputs_.volts = sample.volts;
+  health_.asked = sample.asked;
+  if (sample.timeouts == timeouts_seen_) return;
+  inputs_.node_was_safe = inputs_.node_was_safe || sample.timeouts > timeouts_seen_;
+  timeouts_seen_ = sample.timeouts;
+  health_.node_timeouts = timeouts_seen_;
+}
+
+void UdpIo::wait(double until_s) noexcept {
+  const double left = std::max(0.0, until_s - clock_.now_s());
+  const timespec rest{static_cast<time_t>(left), static_cast<long>(1e9 * (left - std::floor(left)))};
+  pollfd ready{socket_, POLLIN, 0};
+  ::ppoll(&ready, 1, &rest, nullptr);
+}
+
+bool UdpIo::wait_for_sample(std::uint64_t sequence, double wait_s) noexcept {
+  for (const double until = clock_.now_s() + wait_s;;) {
+    bool arrived = false;
+    while (const auto packet = receive()) {
+      const auto sample = NodeSample::of(*packet, wire_.channels);
+      if (packet->session == session_ && packet->type == NodePacket::Type::refuse)
+        health_.displaced = true;
+      else if (packet->session != session_ || packet->type != NodePacket::Type::sample || !sample)
+        ++health_.corrupt;
+      else if (sample->echo > newest_echo_) {  // else a repetition, or overtaken
+        take(*sample);
+        if (sample->echo == sequence)
+          arrived = true;
+        else
+          ++health_.late;
+      }
+    }
+    if (arrived) return true;
+    if (clock_.now_s() >= until) return false;
+    wait(until);
   }
 }
 
 RigInputs UdpIo::read() noexcept {
   ++health_.reads;
   inputs_.node_was_safe = false;
-  inputs_.fresh = send(NodePacket::Type::request, {}) && wait_for_sample(sequence_, settings_.wait_s);
+  NodePacket request(NodePacket::Type::request);
+  inputs_.fresh = send(request) && wait_for_sample(request.sequence, settings_.wait_s);
   if (!inputs_.fresh) ++health_.missed;
   return inputs_;
 }
 
 void UdpIo::write(const RigOutputs& outputs) noexcept {
-  if (!send(NodePacket::Type::command, {static_cast<std::int32_t>(outputs.coils), to_microvolts(outputs.motor_v)}))
-    ++health_.write_errors;
+  NodePacket packet(NodePacket::Type::command);
+  NodeCommand{outputs.switches, outputs.volts}.put(packet, wire_.continuous);
+  if (!send(packet)) ++health_.write_errors;
 }
 
 void UdpIo::safe() noexcept {
-  if (socket_ < 0) return;
-  for (int i = 0; i < 3; ++i) send(NodePacket::Type::safe, {});  // a packet may be lost
+  if (socket_ < 0 || session_ == 0) return;
+  for (int i = 0; i < 3; ++i) {  // a packet may be lost
+    NodePacket packet(NodePacket::Type::safe);
+    send(packet);
+  }
 }
 
 }  // namespace solenoid

@@ -4,9 +4,9 @@
 #include "experiments/rig/node_protocol.hpp"
 #include "experiments/rig/rig_io.hpp"
 
+#include <atomic>
+#include <optional>
 #include <string>
-
-#include <netinet/in.h>
 
 namespace solenoid {
 
@@ -14,21 +14,35 @@ namespace solenoid {
 struct UdpSettings {
   std::string address = "127.0.0.1";
   int port = node_port;
-  double wait_s = 400e-6;    ///< a read waits so long for its sample
-  double open_wait_s = 3.0;  ///< open repeats its packet for so long
+  std::optional<NodeKey> key;
+  double wait_s = 400e-6;                  ///< a read waits so long for its sample
+  double open_wait_s = 3.0;                ///< open repeats its packets for so long,
+  double busy_wait_s = 1.5 * node_hold_s;  ///< or, if another controller has the node, which may just have died
+  std::string text() const;                ///< "127.0.0.1:47811"
 };
 /// "ADDRESS:PORT". Throws ConfigError.
 UdpSettings parse_node_address(const std::string& text);
+
+/// Whether packets stay on this computer.
+bool on_loopback(const UdpSettings& settings);
+
+/// What is on the wire: both sides must agree on it.
+struct NodeWire {
+  std::string text;  ///< wire_text()
+  std::size_t channels = 0, continuous = 0;
+};
 
 /// The controller's side of the UDP I/O node. Each read asks for a sample and waits for the answer to this very
 /// request; an answer that comes too late counts as late and serves as the last value.
 class UdpIo final : public RigIo {
  public:
-  explicit UdpIo(const UdpSettings& settings) : settings_(settings) {}
+  UdpIo(const UdpSettings& settings, NodeWire wire) : settings_(settings), wire_(std::move(wire)) {}
   ~UdpIo() override;
   UdpIo(const UdpIo&) = delete;
   UdpIo& operator=(const UdpIo&) = delete;
 
+  /// Throws OutputError if no node answers, or it says that another controller has it; ConfigError if it is another
+  /// system's.
   void open() override;
   RigInputs read() noexcept override;
   void write(const RigOutputs& outputs) noexcept override;
@@ -36,16 +50,25 @@ class UdpIo final : public RigIo {
   IoHealth health() const noexcept override { return health_; }
 
  private:
-  bool send(NodePacket::Type type, const std::array<std::int32_t, 6>& words) noexcept;
-  /// Takes what has arrived; whether the sample of `sequence` was among it.
-  bool receive(std::uint32_t sequence) noexcept;
-  bool wait_for_sample(std::uint32_t sequence, double wait_s) noexcept;
+  void connect();
+  /// The session that the node offers, within a short time; none if it does not answer or refuses (`refusal_`).
+  std::optional<std::uint64_t> ask_for_session();
+  const NodeKey* key() const { return settings_.key ? &*settings_.key : nullptr; }
+  bool send(NodePacket& packet) noexcept;
+  /// The next valid packet that has arrived.
+  std::optional<NodePacket> receive() noexcept;
+  void take(const NodeSample& sample) noexcept;
+  void wait(double until_s) noexcept;
+  bool wait_for_sample(std::uint64_t sequence, double wait_s) noexcept;
 
   UdpSettings settings_;
+  NodeWire wire_;
   MonotonicClock clock_;
   int socket_ = -1;
-  std::uint32_t session_ = 0, sequence_ = 0, newest_echo_ = 0;
+  std::atomic<std::uint64_t> sequence_ = 0;  // a crash handler counts too
+  std::uint64_t session_ = 0, newest_echo_ = 0;
   std::int32_t timeouts_seen_ = 0;
+  std::string refusal_;
   RigInputs inputs_;
   IoHealth health_;
 };

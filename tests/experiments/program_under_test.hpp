@@ -10,7 +10,10 @@
 #include <string>
 #include <vector>
 
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -91,6 +94,19 @@ inline ProgramRun run_program(std::vector<std::string> arguments, const std::str
   int status = 0;
   waitpid(child, &status, 0);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, output.empty() ? text_of(out) : "", text_of(err)};
+}
+
+/// Of 127.0.0.1, nobody's a moment ago.
+inline int free_udp_port() {
+  const int file = ::socket(AF_INET, SOCK_DGRAM, 0);
+  sockaddr_in at{};
+  at.sin_family = AF_INET;
+  at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof at;
+  ::bind(file, reinterpret_cast<const sockaddr*>(&at), size);
+  ::getsockname(file, reinterpret_cast<sockaddr*>(&at), &size);
+  ::close(file);
+  return ntohs(at.sin_port);
 }
 
 inline std::vector<std::string> split(const std::string& line, char by) {

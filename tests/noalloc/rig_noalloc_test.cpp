@@ -51,13 +51,17 @@ TEST(HotPath, TheLadderAllocatesNothingOnAnyRung) {
 }
 
 TEST(HotPath, PacketsAreMadeAndReadWithoutAllocation) {
+  const NodeKey key{};
   const std::int64_t before = AllocationGuard::thread_allocations();
-  NodePacket packet;
-  packet.words = {1, 2, 3};
-  const auto bytes = packet.encode();
-  const auto again = NodePacket::decode({bytes.data(), bytes.size()});
+  NodePacket packet(NodePacket::Type::command);
+  NodeCommand{5, {1.0}}.put(packet, 1);
+  std::array<char, NodePacket::most_size> bytes;
+  const std::size_t size = packet.encode(bytes, &key);
+  const auto again = NodePacket::decode({bytes.data(), size}, &key);
+  const auto command = again ? NodeCommand::of(*again, 1) : std::nullopt;
   EXPECT_EQ(AllocationGuard::thread_allocations() - before, 0);
-  ASSERT_TRUE(again);
+  ASSERT_TRUE(command);
+  EXPECT_EQ(command->switches, 5u);
 }
 
 }  // namespace

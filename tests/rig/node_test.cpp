@@ -1,6 +1,7 @@
 #include "controllers/systems/inverter/inverter_variant.hpp"
 #include "core/config/reader.hpp"
 #include "core/systems/actuator/signals.hpp"
+#include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/simulated_system.hpp"
 #include "experiments/rig/emulated_node.hpp"
 #include "experiments/rig/rig_file.hpp"
@@ -9,58 +10,120 @@
 #include "tests/experiments/program_under_test.hpp"
 
 #include <cmath>
+#include <filesystem>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sodium/crypto_shorthash_siphash24.h>
 
 namespace solenoid {
 namespace {
 
-std::string bytes_of(const NodePacket& p) {
-  const auto b = p.encode();
-  return {b.data(), b.size()};
+VariantConfig with_valves(const std::string& valves) {
+  VariantConfig variant = new_variant();
+  variant.modes = valves;
+  return variant;
+}
+
+constexpr NodeKey key_of(unsigned char first) {
+  NodeKey key;
+  for (unsigned char& byte : key.bytes) byte = first++;
+  return key;
+}
+const NodeKey secret = key_of(0), another = key_of(1);
+
+std::string bytes_of(const NodePacket& p, const NodeKey* key = nullptr) {
+  std::array<char, NodePacket::most_size> room;
+  return {room.data(), p.encode(room, key)};
+}
+
+NodePacket some_command() {
+  NodePacket p(NodePacket::Type::command);
+  p.session = 0x0102030405060708;
+  p.sequence = 0x1A2A3A4A5A6A7A8A;
+  p.time_us = 0x1122334455667788;
+  NodeCommand{9, {-1.5}}.put(p, 1);
+  return p;
 }
 
 TEST(NodePacket, HasTheBytesOfTheDocument) {
-  NodePacket p;
-  p.type = NodePacket::Type::command;
-  p.session = 0x01020304;
-  p.sequence = 0x0A0B0C0D;
-  p.time_us = 0x1122334455667788;
-  p.words = {9, -1'500'000};
-  const std::string b = bytes_of(p);
-  ASSERT_EQ(b.size(), 52u);
-  EXPECT_EQ(b.substr(0, 4), "SLN1");
-  EXPECT_EQ(b[4], 3);
-  EXPECT_EQ(b.substr(8, 8), std::string("\x04\x03\x02\x01\x0D\x0C\x0B\x0A", 8));
-  EXPECT_EQ(b.substr(16, 8), std::string("\x88\x77\x66\x55\x44\x33\x22\x11", 8));
-  EXPECT_EQ(b.substr(24, 8), std::string("\x09\0\0\0\xA0\x1C\xE9\xFF", 8));
+  const std::string b = bytes_of(some_command());
+  ASSERT_EQ(b.size(), 32u + 8u + 16u);
+  EXPECT_EQ(b.substr(0, 4), "SLN2");
+  EXPECT_EQ(b.substr(4, 4), std::string("\x06\0\x08\0", 4));  // command, no flags, 8 bytes
+  EXPECT_EQ(b.substr(8, 8), "\x08\x07\x06\x05\x04\x03\x02\x01");
+  EXPECT_EQ(b.substr(16, 8), "\x8A\x7A\x6A\x5A\x4A\x3A\x2A\x1A");
+  EXPECT_EQ(b.substr(24, 8), "\x88\x77\x66\x55\x44\x33\x22\x11");
+  EXPECT_EQ(b.substr(32, 8), std::string("\x09\0\0\0\xA0\x1C\xE9\xFF", 8));
+  EXPECT_EQ(b.substr(44), std::string(12, '\0'));  // after the CRC
+}
+
+/// The key and, of its 64 messages of bytes 0, 1, 2, ..., those of the SipHash authors' vectors for 128 bits
+/// (github.com/veorq/SipHash, vectors.h, vectors_sip128) that are at hand here: so the tag is that hash and no other.
+TEST(NodePacket, TagIsSipHash24Of128Bits) {
+  std::array<unsigned char, 16> tag;
+  const std::array<unsigned char, 2> message = {0, 1};
+  const auto hex = [&](std::size_t size) {
+    crypto_shorthash_siphashx24(tag.data(), message.data(), size, secret.bytes.data());
+    std::string text;
+    for (const unsigned char byte : tag) text += fmt::format("{:02x}", byte);
+    return text;
+  };
+  EXPECT_EQ(hex(0), "a3817f04ba25a8e66df67214c7550293");
+  EXPECT_EQ(hex(1), "da87c1d86b99af44347659119b22fc45");
+  const std::string b = bytes_of(some_command(), &secret);
+  crypto_shorthash_siphashx24(tag.data(), reinterpret_cast<const unsigned char*>(b.data()), 40, secret.bytes.data());
+  EXPECT_EQ(b.substr(40), std::string(reinterpret_cast<const char*>(tag.data()), tag.size()));
 }
 
 TEST(NodePacket, ComesBackWholeOrNotAtAll) {
-  NodePacket p;
-  p.type = NodePacket::Type::sample;
-  p.words = {1, -2, 3, -4, 5, 6};
-  const std::string good = bytes_of(p);
-  const auto again = NodePacket::decode(good);
-  ASSERT_TRUE(again);
-  EXPECT_EQ(again->words, p.words);
-  for (std::size_t i = 0; i < good.size(); ++i)
-    for (int bit = 0; bit < 8; ++bit) {
-      std::string spoilt = good;
-      spoilt[i] = static_cast<char>(spoilt[i] ^ (1 << bit));
-      ASSERT_FALSE(NodePacket::decode(spoilt)) << i << " " << bit;
-    }
-  EXPECT_FALSE(NodePacket::decode(good.substr(1)));
-  EXPECT_FALSE(NodePacket::decode(good + "x"));
-  EXPECT_FALSE(NodePacket::decode(""));
+  for (const NodeKey* key : {static_cast<const NodeKey*>(nullptr), &secret}) {
+    const std::string good = bytes_of(some_command(), key);
+    const auto again = NodePacket::decode(good, key);
+    ASSERT_TRUE(again);
+    EXPECT_EQ(bytes_of(*again, key), good);
+    for (std::size_t i = 0; i < good.size(); ++i)
+      for (int bit = 0; bit < 8; ++bit) {
+        std::string spoilt = good;
+        spoilt[i] = static_cast<char>(spoilt[i] ^ (1 << bit));
+        ASSERT_FALSE(NodePacket::decode(spoilt, key)) << i << " " << bit;
+      }
+    for (std::size_t size = 0; size < good.size(); ++size) ASSERT_FALSE(NodePacket::decode(good.substr(0, size), key));
+    EXPECT_FALSE(NodePacket::decode(good + "x", key));
+    EXPECT_FALSE(NodePacket::decode(good, &another));
+    EXPECT_FALSE(NodePacket::decode(good, key ? nullptr : &secret));
+  }
 }
 
-TEST(NodePacket, SequencesGoRound) {
-  EXPECT_TRUE(newer(1, 0));
-  EXPECT_TRUE(newer(0, 0xFFFFFFFFu));
-  EXPECT_FALSE(newer(0xFFFFFFFFu, 0));
-  EXPECT_FALSE(newer(5, 5));
+TEST(NodePacket, LeavesOutWhatHasNoRoomAndReadsNothingBeyondItsEnd) {
+  NodePacket p(NodePacket::Type::hello);
+  p.append(std::string(2000, 'x'));
+  EXPECT_EQ(p.length, NodePacket::most_payload);
+  p.append(std::int32_t{1});
+  EXPECT_EQ(p.length, NodePacket::most_payload);
+  EXPECT_EQ(bytes_of(p).size(), NodePacket::most_size);
+  EXPECT_EQ(p.word(NodePacket::most_payload - 3), 0);
+  EXPECT_EQ(p.text(NodePacket::most_payload), "");
+  EXPECT_FALSE(NodeSample::of(p, 3));
+  EXPECT_FALSE(NodeCommand::of(p, 1));
+}
+
+TEST(NodeKey, IsAFileOfDigitsThatNobodyElseMayRead) {
+  const test::Folder folder;
+  const auto written = [&](const std::string& text, std::filesystem::perms others = {}) {
+    const std::string file = folder.write("key", text);
+    std::filesystem::permissions(file, std::filesystem::perms::owner_all | others);
+    return file;
+  };
+  EXPECT_EQ(read_node_key(written("000102030405060708090a0b0c0d0e0f\n")).bytes, secret.bytes);
+  for (const char* bad : {"", "00", "000102030405060708090a0b0c0d0e0g", "000102030405060708090a0b0c0d0e0f00",
+                          "000102030405060708090a0b0c0d0e0f 000102030405060708090a0b0c0d0e0f"})
+    EXPECT_THROW(read_node_key(written(bad)), ConfigError) << bad;
+  EXPECT_THROW(read_node_key(written("000102030405060708090a0b0c0d0e0f", std::filesystem::perms::group_read)),
+               ConfigError);
+  EXPECT_THROW(read_node_key(folder.file("none")), ConfigError);
+  EXPECT_THROW(read_node_key(folder.path()), ConfigError);
 }
 
 /// A plant that shows what it is told.
@@ -71,82 +134,225 @@ struct Mirror final : SimulatedPlant {
   Command last;
 };
 
-VariantConfig with_valves(const std::string& valves) {
-  VariantConfig variant = new_variant();
-  variant.modes = valves;
-  return variant;
-}
+constexpr NodePeer operator_at{0x7F000001, 50000}, stranger{0x7F000001, 50001};
 
 struct NodeTest : testing::Test {
-  EmulatedNode node{[](std::uint64_t) {
-                      return std::make_unique<FaultyPlant>(std::make_unique<Mirror>(), std::vector<InjectedFault>{},
-                                                           with_valves("two_way"), 1);
-                    },
-                    Calibration{}, 0xF};
-  std::uint32_t sequence = 100, session = 7;
+  using Type = NodePacket::Type;
+  VariantConfig variant = with_valves("two_way");
+  std::string wire = wire_text(system_of(variant).description(), system_of(variant).modes(variant));
+  EmulatedNode node{std::make_unique<FaultyPlant>(std::make_unique<Mirror>(), std::vector<InjectedFault>{}, variant, 1),
+                    usual_calibration(variant), system_of(variant).modes(variant), wire};
+  std::uint64_t sequence = 100, session = 0;
 
-  NodePacket packet(NodePacket::Type type, std::int32_t coils = 0, std::int32_t motor_uv = 0) {
-    NodePacket p;
-    p.type = type;
+  NodePacket packet(Type type) {
+    NodePacket p(type);
     p.session = session;
     p.sequence = ++sequence;
-    p.words = {coils, motor_uv};
     return p;
   }
-  void open(double t) { ASSERT_TRUE(node.take(packet(NodePacket::Type::open), t)); }
+  NodePacket command(std::uint32_t coils, double motor_v = 0.0) {
+    NodePacket p = packet(Type::command);
+    NodeCommand{coils, {motor_v}}.put(p, 1);
+    return p;
+  }
+  NodePacket hello(std::uint64_t number) {
+    NodePacket p = packet(Type::hello);
+    p.session = number;
+    p.append(std::string_view(wire));
+    return p;
+  }
+  std::optional<NodePacket> take(const NodePacket& p, double t, const NodePeer& from = operator_at) {
+    return node.take(p, from, t);
+  }
+  void open(double t, const NodePeer& from = operator_at) {
+    const auto offer = take(hello(11), t, from);
+    ASSERT_TRUE(offer && offer->type == Type::offer && offer->number(0) == 11);
+    session = offer->session;
+    const auto first = take(packet(Type::open), t, from);
+    ASSERT_TRUE(first && first->type == Type::sample);
+  }
+  NodeSample asked(double t) { return *NodeSample::of(*take(packet(Type::request), t), 3); }
 };
 
-TEST_F(NodeTest, AnswersARequestWithItsEchoInMicrovolts) {
-  EXPECT_FALSE(node.take(packet(NodePacket::Type::request), 0.0));  // no session yet
+TEST_F(NodeTest, AnswersARequestWithItsEchoAndTheChannelsInMicrovolts) {
   open(1.0);
-  const auto answer = node.take(packet(NodePacket::Type::request), 1.001);
-  ASSERT_TRUE(answer);
-  EXPECT_EQ(static_cast<std::uint32_t>(answer->words[0]), sequence);
-  EXPECT_EQ(answer->words[1], -2'500'000);  // 20 mm
-  EXPECT_EQ(answer->words[2], static_cast<std::int32_t>(std::lround((150e3 - 101325) / 42e3 * 1e6)));
+  const NodeSample sample = asked(1.001);
+  EXPECT_EQ(sample.echo, sequence);
+  EXPECT_NEAR(sample.volts[0], -2.5, 1e-6);  // 20 mm
+  EXPECT_NEAR(sample.volts[1], (150e3 - 101325) / 42e3, 1e-6);
 }
 
 TEST_F(NodeTest, GoesSafeWithinTwentyMillisecondsOfTheLastCommandAndCountsIt) {
   open(0.0);
-  node.take(packet(NodePacket::Type::command, 0b1001, 2'000'000), 0.010);
+  take(command(0b1001, 2.0), 0.010);
   EXPECT_EQ(node.outputs().switches, 0b1001u);
   EXPECT_NEAR(node.outputs().continuous[0], 3.2, 1e-9);
-  node.take(packet(NodePacket::Type::request), 0.025);  // asking is no command
-  node.tick(0.0294);
+  asked(0.025);  // asking is no command
+  node.tick(0.0289);
   EXPECT_EQ(node.outputs().switches, 0b1001u);
-  node.tick(0.0296);
+  node.tick(0.0291);
   EXPECT_EQ(node.outputs(), Command{});
   EXPECT_EQ(node.log().timeouts, 1);
-  EXPECT_EQ(node.take(packet(NodePacket::Type::request), 0.040)->words[4], 1);
-  node.take(packet(NodePacket::Type::command, 0b0110, 0), 0.050);
+  EXPECT_EQ(asked(0.040).timeouts, 1);
+  take(command(0b0110), 0.050);
   EXPECT_EQ(node.outputs().switches, 0b0110u);
-  node.take(packet(NodePacket::Type::safe), 0.051);
+  take(packet(Type::safe), 0.051);
   EXPECT_EQ(node.outputs(), Command{});
+}
+
+TEST_F(NodeTest, NoTimeoutBeforeTheFirstCommandOfASession) {
+  open(0.0);
+  for (int k = 1; k < 500; ++k) {
+    node.tick(1e-3 * k);
+    if (k % 100 == 0) asked(1e-3 * k);
+  }
+  EXPECT_EQ(node.log().timeouts, 0);
+  EXPECT_EQ(node.log().safe_after_s, 0.0);
 }
 
 TEST_F(NodeTest, IgnoresRepeatedOldAndForeignPackets) {
   open(0.0);
-  const NodePacket first = packet(NodePacket::Type::command, 0b0001),
-                   second = packet(NodePacket::Type::command, 0b0100);
-  node.take(second, 0.001);
-  node.take(first, 0.002);
-  node.take(second, 0.003);
+  const NodePacket first = command(0b0001), second = command(0b0100);
+  take(second, 0.001);
+  take(first, 0.002);
+  take(second, 0.003);
   EXPECT_EQ(node.outputs().switches, 0b0100u);
-  session = 8;
-  node.take(packet(NodePacket::Type::command, 0b1000), 0.004);
+  EXPECT_EQ(node.log().old_packets, 2);
+  session ^= 1;
+  take(command(0b1000), 0.004);
   EXPECT_EQ(node.outputs().switches, 0b0100u);
-  EXPECT_EQ(node.log().old_packets, 3);
+  EXPECT_EQ(node.log().foreign_packets, 1);
 }
 
 TEST_F(NodeTest, RefusesWhatItsOutputsCannotBe) {
   open(0.0);
-  node.take(packet(NodePacket::Type::command, 0b0001), 0.001);
-  node.take(packet(NodePacket::Type::command, 0x10), 0.002);
-  node.take(packet(NodePacket::Type::command, 0, 5'100'000), 0.003);
-  EXPECT_EQ(node.log().refused, 2);
+  take(command(0b0001), 0.001);
+  take(command(0x10), 0.002);
+  take(command(0, 5.1), 0.003);
+  take(command(0, std::nan("")), 0.004);
+  NodePacket cut = packet(Type::command);
+  cut.append(std::int32_t{0});
+  take(cut, 0.005);
+  EXPECT_EQ(node.log().refused, 4);
   EXPECT_EQ(node.outputs().switches, 0b0001u);
-  node.tick(0.022);  // and neither counted as a command
+  node.tick(0.022);  // and none counted as a command
   EXPECT_EQ(node.log().timeouts, 1);
+}
+
+TEST_F(NodeTest, BelongsToWhoOpenedItUntilNothingIsHeard) {
+  open(0.0);
+  take(command(0b0001), 0.001);
+  const std::uint64_t of_operator = session, at = sequence;
+  const auto refused = take(hello(12), 0.002, stranger);
+  ASSERT_TRUE(refused && refused->type == Type::refuse);
+  EXPECT_EQ(refused->session, 12u);
+  EXPECT_EQ(static_cast<NodeRefusal>(refused->word(0)), NodeRefusal::busy);
+  EXPECT_THAT(std::string(refused->text(4)), testing::HasSubstr("127.0.0.1:50000"));
+  EXPECT_EQ(asked(0.003).asked, 1);  // and the operator is told
+  // Whatever the stranger sends with the operator's session, and however far ahead, moves nothing.
+  for (const Type type : {Type::open, Type::safe, Type::close, Type::command}) {
+    NodePacket forged = packet(type);
+    forged.session = of_operator;
+    forged.sequence = at + 100'000;
+    if (type == Type::command) NodeCommand{0b0101, {5.0}}.put(forged, 1);
+    take(forged, 0.004, stranger);
+    EXPECT_EQ(node.outputs().switches, 0b0001u);
+  }
+  take(command(0b0100), 0.005);
+  EXPECT_EQ(node.outputs().switches, 0b0100u);
+  // Silent for node_hold_s: the next who asks has it, from safe outputs.
+  node.tick(1.1);
+  open(1.1, stranger);
+  EXPECT_EQ(node.outputs(), Command{});
+  EXPECT_EQ(node.log().sessions, 2);
+  session = of_operator;
+  sequence += 1000;
+  take(command(0b1000), 1.2);
+  EXPECT_EQ(node.outputs(), Command{});
+  const auto lost = take(packet(Type::request), 1.2);
+  ASSERT_TRUE(lost && lost->type == Type::refuse);  // the first controller learns that the node is another's
+}
+
+TEST_F(NodeTest, AnOpenOfTheRunningSessionLowersNoSequence) {
+  const auto offer = take(hello(11), 0.0);
+  session = offer->session;
+  const NodePacket first_open = packet(Type::open);
+  ASSERT_TRUE(take(first_open, 0.0));
+  const NodePacket old = command(0b0101);
+  take(command(0b0001), 0.001);
+  take(first_open, 0.002);  // on the network again
+  NodePacket rebuilt = first_open;
+  rebuilt.sequence = 0;
+  take(rebuilt, 0.003);
+  take(old, 0.004);
+  EXPECT_EQ(node.outputs().switches, 0b0001u);
+  EXPECT_EQ(node.log().old_packets, 3);
+  EXPECT_EQ(node.log().sessions, 1);
+}
+
+TEST_F(NodeTest, ARecordedSessionCannotBePlayedAgain) {
+  const NodePacket recorded_hello = hello(11);
+  session = take(recorded_hello, 0.0)->session;
+  const std::vector<NodePacket> recorded = {packet(Type::open), command(0b0101), command(0b1010)};
+  for (const NodePacket& p : recorded) take(p, 0.001);
+  take(packet(Type::close), 0.002);
+  ASSERT_EQ(node.outputs(), Command{});
+  EXPECT_NE(take(recorded_hello, 0.01)->session, session);
+  for (const NodePacket& p : recorded) take(p, 0.01);
+  EXPECT_EQ(node.outputs(), Command{});
+  EXPECT_EQ(node.log().sessions, 1);
+}
+
+TEST_F(NodeTest, ItsOwnPacketsSentBackMoveNothing) {
+  open(0.0);
+  NodePacket reflected = *take(packet(Type::request), 0.001);
+  reflected.sequence = sequence + 1000;
+  take(reflected, 0.002);
+  take(command(0b0001), 0.003);  // is still newer than the newest
+  EXPECT_EQ(node.outputs().switches, 0b0001u);
+}
+
+TEST_F(NodeTest, AnotherWireIsRefusedByName) {
+  NodePacket p = packet(Type::hello);
+  p.session = 5;
+  p.append(std::string_view("thrusters; channels: x [m]"));
+  const auto answer = take(p, 0.0);
+  ASSERT_TRUE(answer && answer->type == Type::refuse);
+  EXPECT_EQ(static_cast<NodeRefusal>(answer->word(0)), NodeRefusal::other_wire);
+  EXPECT_EQ(answer->text(4), wire);
+  EXPECT_FALSE(node.begun());
+}
+
+TEST_F(NodeTest, ThePlantStaysWhereASessionLeftIt) {
+  VariantConfig real = with_valves("two_way");
+  const Campaign campaign = read_campaign("rig", {{"nine_state"}, {"cycloidal"}});
+  EmulatedNode twin{std::make_unique<FaultyPlant>(make_plant(campaign.variants.front(), campaign.scenarios.front(), 1),
+                                                  std::vector<InjectedFault>{}, campaign.variants.front(), 1),
+                    usual_calibration(real), system_of(real).modes(real), wire};
+  const auto begin = [&](double t, const NodePeer& from) {
+    const auto offer = twin.take(hello(11), from, t);
+    session = offer->session;
+    return NodeSample::of(*twin.take(packet(Type::open), from, t), 3)->volts;
+  };
+  const double at_first = begin(0.0, operator_at)[0];
+  double t = 0.0;
+  for (int k = 0; k < 600; ++k) twin.take(command(0b1001, 5.0), operator_at, t += 1e-3);
+  const double moved = NodeSample::of(*twin.take(packet(Type::request), operator_at, t), 3)->volts[0];
+  ASSERT_GT(moved, at_first + 1.0);
+  twin.take(packet(Type::close), operator_at, t);
+  EXPECT_NEAR(begin(t + 0.001, stranger)[0], moved, 0.2);
+}
+
+TEST(WireText, NamesEverySignalAndSwitchOfEverySystem) {
+  for (const auto& system : systems()) {
+    const VariantConfig variant = new_variant(system);
+    const ModeSet modes = system->modes(variant);
+    const std::string text = wire_text(system->description(), modes);
+    for (const Signal& signal : system->description().channels)
+      EXPECT_THAT(text, testing::HasSubstr(signal.name + " [" + signal.unit + "]"));
+    for (const Switch& s : modes.switches()) EXPECT_THAT(text, testing::HasSubstr(" " + s.name));
+    EXPECT_LT(text.size() + 4, NodePacket::most_payload);
+  }
 }
 
 TEST(FaultScript, ReadsItsGrammarAndRefusesAllElse) {
@@ -206,7 +412,7 @@ TEST(FaultyPlant, DelaysByAsManyTicksAsTheScriptSays) {
 TEST(Calibration, TurnsVoltsIntoQuantitiesAndBack) {
   struct Wires final : RigIo {
     void open() override { opened = true; }
-    RigInputs read() noexcept override { return {-2.5, 1.0, -1.0, fresh, false}; }
+    RigInputs read() noexcept override { return {{-2.5, 1.0, -1.0}, fresh, false}; }
     void write(const RigOutputs& o) noexcept override { last = o; }
     void safe() noexcept override { last = {}; }
     IoHealth health() const noexcept override { return {}; }
@@ -215,16 +421,17 @@ TEST(Calibration, TurnsVoltsIntoQuantitiesAndBack) {
   };
   auto owned = std::make_unique<Wires>();
   Wires& wires = *owned;
-  RigPlant plant(std::move(owned), {}, actuator_timing.tick_s);
+  const VariantConfig variant = with_valves("two_way");
+  RigPlant plant(std::move(owned), usual_calibration(variant), variant);
   EXPECT_TRUE(wires.opened);
   Measurement s = plant.read(0.0);
   EXPECT_NEAR(s.value[position_channel], 0.02, 1e-12);
   EXPECT_NEAR(s.value[pressure_a_channel], 143325, 1e-9);
   EXPECT_EQ(s.stale_ticks, 0);
   plant.write({0b11, 8.0});
-  EXPECT_NEAR(wires.last.motor_v, 5.0, 1e-12);
+  EXPECT_NEAR(wires.last.volts[0], 5.0, 1e-12);
   plant.write({0, 99.0});
-  EXPECT_NEAR(wires.last.motor_v, 5.0, 1e-12);
+  EXPECT_NEAR(wires.last.volts[0], 5.0, 1e-12);
   wires.fresh = false;
   EXPECT_EQ(plant.read(0.001).stale_ticks, 1);
   EXPECT_EQ(plant.read(0.004).stale_ticks, 4);  // ticks that were skipped count
@@ -241,7 +448,7 @@ TEST(RigFile, ReadsWiringAndRefusesWhatCannotBe) {
   const RigFile rig = read(
       "[calibration]\nposition = { offset = 0.04, gain = 0.02 }\n[comedi]\ndevice = '/dev/comedi1'\n"
       "valves = { subdevice = 2, coils = [4, 5], watchdog = 7 }\n[limits]\nposition_high_m = 0.09\n");
-  EXPECT_EQ(rig.calibration.position.value(1.0), 0.06);
+  EXPECT_EQ(rig.calibration.channels[position_channel].value(1.0), 0.06);
   EXPECT_EQ(rig.comedi.device, "/dev/comedi1");
   EXPECT_EQ(rig.comedi.watchdog_channel, 7);
   EXPECT_EQ(rig.ladder.limits[position_channel].high, 0.09);
@@ -266,15 +473,19 @@ TEST(RigFile, LimitsOfAnotherSystemHaveItsWordsAndFollowTheVariant) {
   EXPECT_EQ(rig.ladder.limits[0].high, 70.0);
   EXPECT_EQ(rig.ladder.held_slots, 7);
   EXPECT_EQ(rig.rates.switch_period_ticks, 2);
+  const RigFile wired = read("[comedi]\nlevels = { gates = [2, 3, 4, 5, 6, 7], watchdog = 0 }\n");
+  EXPECT_EQ(wired.comedi.switch_channels.front(), 2);
   for (const char* bad :
        {"[limits]\ndmpc_slots = 7", "[limits]\nmotor_n_per_tick = 1.0", "[limits]\ncontinuous_per_tick = 1.0",
-        "[limits]\nposition_high_m = 0.1", "[limits]\ni_alpha_high = 1e6", "[comedi]\ndevice = '/dev/comedi0'"})
+        "[limits]\nposition_high_m = 0.1", "[limits]\ni_alpha_high = 1e6", "[comedi]\nvalves = { coils = [0, 1] }",
+        "[calibration]\nposition = { gain = 1.0 }", "[comedi]\nlevels = { gates = [0, 1] }", "[node]\naddress = 5"})
     EXPECT_THROW(read(bad), ConfigError) << bad;
 }
 
 TEST(NodeAddress, IsAnAddressAndAPort) {
   EXPECT_EQ(parse_node_address("10.0.0.2:99").port, 99);
-  for (const char* bad : {"", "127.0.0.1:0", "127.0.0.1:70000", "host:1", "127.0.0.1:x"})
+  for (const char* bad : {"", ":", "127.0.0.1", "127.0.0.1:", "127.0.0.1:0", "127.0.0.1:70000", "host:1", "127.0.0.1:x",
+                          "127.0.0.1:47811x", "127.0.0.1: 47811", "127.0.0.1:+1", "127.0.0.1:99999999999"})
     EXPECT_THROW(parse_node_address(bad), ConfigError) << bad;
 }
 

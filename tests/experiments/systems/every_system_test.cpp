@@ -202,12 +202,6 @@ TEST(Systems, AnInverterThatNeverSwitchesIsRankedLast) {
   EXPECT_LT(ranked.find("inverter_one_step"), ranked.find("idle"));
 }
 
-TEST(Systems, TheRigsNodeIsTheActuators) {
-  const Folder folder;
-  EXPECT_THAT(refusal_of(folder, "emulator --campaign thrusters --scenario station --variant flyer_single"),
-              HasSubstr("of the actuator, not of thrusters"));
-}
-
 TEST(Systems, ListsHaveTheirOwnMotionsAndParameters) {
   const Folder folder;
   const auto kinds = [&](const char* system) {

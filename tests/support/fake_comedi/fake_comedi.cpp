@@ -3,7 +3,6 @@
 //
 //   FAKE_COMEDI=fail@N | block@N   every read from the Nth on fails, or never comes back
 //   FAKE_COMEDI_REPORT=FILE        holds the outputs of the last write
-#include "core/systems/actuator/signals.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/scenario.hpp"
 #include "experiments/campaign/simulated_system.hpp"
@@ -36,6 +35,7 @@ struct Board {
   Board() {
     const Campaign campaign = read_campaign("rig", {{"nine_state"}, {"cycloidal"}});
     plant = make_plant(campaign.variants.front(), campaign.scenarios.front(), 1);
+    calibration = usual_calibration(campaign.variants.front());
     if (const char* path = std::getenv("FAKE_COMEDI_REPORT")) report = ::open(path, O_WRONLY | O_CREAT | O_TRUNC, 0644);
     if (const char* fault = std::getenv("FAKE_COMEDI"))
       if (const char* at = std::strchr(fault, '@')) {
@@ -47,7 +47,7 @@ struct Board {
   double now_s() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); }
   void apply() {
     plant->read(now_s());
-    plant->write({bits & 0xfu, calibration.motor.value(motor_v)});
+    plant->write({bits & 0xfu, {calibration.continuous[0].value(motor_v)}});
     ++writes;
     if (report < 0) return;
     char line[128];
@@ -102,9 +102,8 @@ int comedi_do_insnlist(comedi_t*, comedi_insnlist* list) {
   const std::lock_guard lock(board->mutex);
   const Measurement s = board->plant->read(board->now_s());
   const Calibration& c = board->calibration;
-  const std::array<double, 8> wires = {c.position.volts(s.value[position_channel]),
-                                       c.pressure_a.volts(s.value[pressure_a_channel]),
-                                       c.pressure_b.volts(s.value[pressure_b_channel])};
+  std::array<double, 8> wires{};
+  for (std::size_t i = 0; i < c.channels.size(); ++i) wires[i] = c.channels[i].volts(s.value[i]);
   for (unsigned i = 0; i < list->n_insns; ++i) {
     const comedi_insn& in = list->insns[i];
     if (in.insn != INSN_READ || in.subdev != analog_in || CR_CHAN(in.chanspec) >= wires.size())

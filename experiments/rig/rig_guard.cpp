@@ -1,0 +1,63 @@
+#include "experiments/rig/rig_guard.hpp"
+
+#include "experiments/rig/rig_io.hpp"
+
+#include <atomic>
+#include <cerrno>
+#include <ctime>
+#include <string_view>
+
+#include <unistd.h>
+
+namespace solenoid {
+namespace {
+
+std::atomic<RigIo*> guarded_io{nullptr};
+std::atomic<bool> crash_flag{false};
+
+extern "C" void make_safe_and_crash(int signal) {
+  crash_flag.store(true);
+  if (RigIo* const io = guarded_io.exchange(nullptr)) {
+    io->safe();
+    const timespec until_a_write_under_way_is_done{0, 1'000'000};
+    ::nanosleep(&until_a_write_under_way_is_done, nullptr);
+    io->safe();
+  }
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
+extern "C" void refuse_to_stop(int) {
+  const int before = errno;
+  constexpr std::string_view told = "\nsolenoid: a run is not stopped (Ctrl-Z): Ctrl-C ends it, outputs safe\n";
+  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, told.data(), told.size());
+  errno = before;
+}
+
+}  // namespace
+
+RigGuard::RigGuard(RigIo& io) {
+  guarded_io.store(&io);
+  struct sigaction action {};
+  sigemptyset(&action.sa_mask);
+  const auto set = [&](int signal, void (*handler)(int)) {
+    action.sa_handler = handler;
+    before_.emplace_back();
+    before_.back().first = signal;
+    sigaction(signal, &action, &before_.back().second);
+  };
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGSYS, SIGTRAP, SIGXCPU})
+    set(signal, make_safe_and_crash);
+  action.sa_flags = SA_RESTART;
+  set(SIGTSTP, refuse_to_stop);
+  for (const int signal : {SIGTTIN, SIGTTOU}) set(signal, SIG_IGN);
+}
+
+bool RigGuard::crashing() noexcept { return crash_flag.load(std::memory_order_relaxed); }
+
+RigGuard::~RigGuard() {
+  guarded_io.store(nullptr);
+  for (const auto& [signal, action] : before_) sigaction(signal, &action, nullptr);
+}
+
+}  // namespace solenoid
