@@ -33,6 +33,8 @@ void add_emulator(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);
 void add_export(CLI::App& app, int& exit_code);
 void add_faults(CLI::App& app, int& exit_code);
+void add_chaos(CLI::App& app, int& exit_code);
+void add_soak(CLI::App& app, int& exit_code);
 void add_tune(CLI::App& app, int& exit_code);
 void add_identify(CLI::App& app, int& exit_code);
 void add_size(CLI::App& app, int& exit_code);

@@ -50,6 +50,8 @@ int run(int argc, char** argv) {
   add_replay(app, exit_code);
   add_export(app, exit_code);
   add_faults(app, exit_code);
+  add_chaos(app, exit_code);
+  add_soak(app, exit_code);
   add_tune(app, exit_code);
   add_identify(app, exit_code);
   add_size(app, exit_code);

@@ -1,21 +1,17 @@
 #include "core/systems/actuator/signals.hpp"
+#include "experiments/base/busy_threads.hpp"
+#include "experiments/base/child_process.hpp"
 #include "experiments/base/files.hpp"
-#include "experiments/base/interrupt.hpp"
 #include "experiments/rig/fault_table.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
 
-#include <chrono>
 #include <csignal>
-#include <cstdlib>
 #include <filesystem>
 #include <functional>
-#include <thread>
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 namespace solenoid {
@@ -23,61 +19,6 @@ namespace {
 
 constexpr double strike_s = 1.5;        // after the run began its log
 constexpr double longest_start_s = 30;  // before that
-
-void wait_s(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
-
-/// Whether it happened in that time.
-bool wait_until(const std::function<bool()>& happened, double most_s) {
-  for (double waited = 0.0; waited < most_s; waited += 0.02) {
-    if (happened()) return true;
-    wait_s(0.02);
-  }
-  return false;
-}
-
-/// A process of this program, its output in a file; ended with the object.
-class Child {
- public:
-  Child(
-      const std::string& program, std::vector<std::string> arguments, const std::string& output,
-      const std::function<void()>& before = [] {}) {
-    arguments.insert(arguments.begin(), program);
-    std::vector<char*> argv;
-    argv.reserve(arguments.size() + 1);
-    for (std::string& a : arguments) argv.push_back(a.data());
-    argv.push_back(nullptr);
-    pid_ = ::fork();
-    if (pid_ != 0) return;
-    const int file = ::open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-    ::dup2(file, STDOUT_FILENO);
-    ::dup2(file, STDERR_FILENO);
-    InterruptGuard::leave_in_child();
-    std::signal(SIGINT, SIG_DFL);
-    before();
-    ::execv(program.c_str(), argv.data());
-    ::_exit(127);
-  }
-  ~Child() {
-    if (pid_ <= 0) return;
-    ::kill(pid_, SIGCONT);
-    ::kill(pid_, SIGKILL);
-    ::waitpid(pid_, nullptr, 0);
-  }
-  Child(const Child&) = delete;
-  Child& operator=(const Child&) = delete;
-
-  void send(int signal) const { ::kill(pid_, signal); }
-  /// Its exit code, 128 + signal, or -1 if it has not ended by then.
-  int wait(double most_s) {
-    int status = 0;
-    if (!wait_until([&] { return ::waitpid(pid_, &status, WNOHANG) == pid_; }, most_s)) return -1;
-    pid_ = -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  }
-
- private:
-  pid_t pid_ = -1;
-};
 
 /// Where a fault strikes.
 struct Scene {
@@ -114,15 +55,8 @@ std::vector<Case> cases() {
     ::setrlimit(RLIMIT_FSIZE, &limit);
   };
   const auto hog = [](const Scene&) {
-    std::vector<std::thread> threads;
-    threads.reserve(4);
-    for (int i = 0; i < 4; ++i)
-      threads.emplace_back([] {
-        const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(800);
-        while (std::chrono::steady_clock::now() < until) {
-        }
-      });
-    for (std::thread& t : threads) t.join();
+    const BusyThreads busy(4);
+    wait_s(0.8);
   };
   return {{"nothing", {}, {}},
           {"SIGINT", {}, {}, signal(SIGINT)},

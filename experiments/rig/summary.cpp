@@ -115,7 +115,8 @@ Json session_json(const RunRecord& record, const SessionResult& r) {
   json["loop"] = {{"ticks", r.loop.ticks},
                   {"skipped", r.loop.skipped},
                   {"late", r.loop.late},
-                  {"allocations", r.allocations_in_tick}};
+                  {"allocations", r.allocations_in_tick},
+                  {"ended_s", r.ended_s}};
   for (int i = 0; i < rungs; ++i)
     json["ladder"][to_string(static_cast<Rung>(i), system)] = r.ladder.slots[static_cast<std::size_t>(i)];
   json["ladder"]["safe_entries"] = r.ladder.safe_entries;

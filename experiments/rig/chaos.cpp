@@ -1,0 +1,432 @@
+#include "experiments/rig/chaos.hpp"
+
+#include "core/rt/clock.hpp"
+#include "experiments/base/busy_threads.hpp"
+#include "experiments/base/child_process.hpp"
+#include "experiments/base/files.hpp"
+#include "experiments/base/result.hpp"
+#include "experiments/campaign/trace.hpp"
+#include "experiments/rig/log/recorded_run.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <random>
+#include <set>
+
+#include <fmt/format.h>
+#include <sched.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+namespace solenoid {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double longest_campaign_s = 120.0, longest_run_s = 60.0;
+constexpr double run_s = 3.0;
+
+/// None of its solvers looks at the clock: what they find is the same under any load.
+constexpr const char* campaign_text = R"(variants = ["thesis_cylinder", "thesis_pd", "nine_pd"]
+seeds = [1, 2, 3, 4, 5, 6, 7, 8]
+[[scenario]]
+name = "step"
+trajectory = { kind = "step", height_m = 0.03, at_s = 0.1, hold_s = 1.5, steady_s = 0.5 }
+noise = true
+[[scenario]]
+name = "loaded"
+trajectory = { kind = "sine", lead_s = 0.5, periods = 1.5 }
+payload_kg = 0.15
+noise = true
+)";
+
+/// A small file system of its own where the system allows it, so that a disk can be full and nobody else's is.
+class SmallDisk {
+ public:
+  explicit SmallDisk(std::string folder) : folder_(std::move(folder)) {
+    create_folder(folder_);
+    own_ = ::unshare(CLONE_NEWNS) == 0 && ::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
+           ::mount("tmpfs", folder_.c_str(), "tmpfs", 0, "size=96m") == 0;
+    if (!own_) why_ = std::strerror(errno);
+  }
+  ~SmallDisk() {
+    if (own_) ::umount2(folder_.c_str(), MNT_DETACH);
+  }
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+
+  bool own() const { return own_; }
+  const std::string& why() const { return why_; }
+  void fill() const {
+    std::ofstream out(folder_ + "/filler", std::ios::binary);
+    const std::string block(1 << 16, 'x');
+    while (out.write(block.data(), std::ssize(block)).flush()) {
+    }
+  }
+  void give_back() const { ::unlink((folder_ + "/filler").c_str()); }
+
+ private:
+  std::string folder_, why_;
+  bool own_ = false;
+};
+
+class Chaos {
+ public:
+  Chaos(const ChaosSettings& settings, const std::function<bool()>& interrupted,
+        const std::function<void(const std::string&)>& tell)
+      : settings_(settings),
+        interrupted_(interrupted),
+        tell_(tell),
+        random_(settings.seed),
+        disk_(settings.folder + "/disk") {
+    if (!disk_.own())
+      outcome_.left_out.push_back("a full disk: no file system of its own can be mounted here: " + disk_.why());
+  }
+
+  ChaosOutcome run() {
+    undisturbed_campaign();
+    for (int round = 0; going_on(); ++round) {
+      disturbed_campaign();
+      if (going_on()) disturbed_run(round);
+      tell_(fmt::format("{:.0f} of {:.0f} s: {} strikes, {} results and {} logs compared, {} findings", clock_.now_s(),
+                        settings_.duration_s, strikes(), outcome_.results, outcome_.logs, outcome_.findings.size()));
+    }
+    return outcome_;
+  }
+
+ private:
+  /// What a process may end with after what was done to it.
+  struct Allowed {
+    std::set<int> codes = {0};
+    std::string done;
+    void add(const std::string& what, std::initializer_list<int> more) {
+      codes.insert(more);
+      done += (done.empty() ? "" : ", ") + what;
+    }
+  };
+  using Strike = void (Chaos::*)(Child&, Allowed&);
+
+  bool going_on() const { return clock_.now_s() < settings_.duration_s && !interrupted_(); }
+  std::int64_t strikes() const {
+    std::int64_t sum = 0;
+    for (const auto& [what, times] : outcome_.strikes) sum += times;
+    return sum;
+  }
+  double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+  template <class T>
+  const T& one_of(const std::vector<T>& all) {
+    return all[std::uniform_int_distribution<std::size_t>(0, all.size() - 1)(random_)];
+  }
+  std::string file(const std::string& name) const { return settings_.folder + "/" + name; }
+  std::string on_disk(const std::string& name) const { return file("disk/" + name); }
+  void count(Allowed& allowed, const std::string& what, std::initializer_list<int> codes) {
+    ++outcome_.strikes[what];
+    allowed.add(what, codes);
+  }
+  void find(const std::string& what) { outcome_.findings.push_back(fmt::format("{:.1f} s: {}", clock_.now_s(), what)); }
+
+  std::vector<std::string> compare_to(const std::string& out) const {
+    return {"compare", file("chaos.toml"), "--out", out, "--jobs", "2", "--format", "json"};
+  }
+  void undisturbed_campaign() {
+    write_file_atomically(file("chaos.toml"), campaign_text);
+    Child child(settings_.program, compare_to(file("undisturbed")), file("undisturbed.txt"));
+    const int code = child.wait(longest_campaign_s);
+    if (code != 0)
+      throw OutputError(fmt::format("the undisturbed campaign ended with {} ({})", code, file("undisturbed.txt")));
+  }
+
+  // What is done to a process.
+
+  void end_by_signal(Child& child, Allowed& allowed) {
+    const int signal = one_of(std::vector{SIGINT, SIGTERM, SIGHUP, SIGKILL, SIGQUIT, SIGALRM});
+    child.send(signal);
+    count(allowed, fmt::format("SIG{}", sigabbrev_np(signal)), {128 + signal, 130});  // before its guard, after it
+  }
+  void crash(Child& child, Allowed& allowed) {
+    const int signal = one_of(std::vector{SIGSEGV, SIGABRT, SIGXCPU});
+    child.send(signal);
+    count(allowed, fmt::format("SIG{}", sigabbrev_np(signal)), {128 + signal});
+  }
+  void from_the_terminal(Child& child, Allowed& allowed) {
+    child.send(SIGTSTP);
+    wait_s(0.2);
+    child.send(SIGCONT);  // it may not have been guarded yet
+    count(allowed, "SIGTSTP", {1});
+  }
+  void stop_for_a_while(Child& child, Allowed& allowed) {
+    child.send(SIGSTOP);
+    wait_s(between(0.01, 0.5));
+    child.send(SIGCONT);
+    count(allowed, "stopped and continued", {1});
+  }
+  void kill_a_worker(Child& child, Allowed& allowed) {
+    const auto workers = children_of(child.id());
+    if (workers.empty()) return;
+    ::kill(one_of(workers), SIGKILL);
+    count(allowed, "worker killed", {1});
+  }
+  void stop_a_worker(Child& child, Allowed& allowed) {
+    const auto workers = children_of(child.id());
+    if (workers.empty()) return;
+    const pid_t worker = one_of(workers);
+    ::kill(worker, SIGSTOP);
+    wait_s(between(0.01, 0.5));
+    ::kill(worker, SIGCONT);
+    count(allowed, "worker stopped and continued", {});
+  }
+  void steal_the_processor(Child&, Allowed& allowed) {
+    const BusyThreads busy(4);
+    wait_s(between(0.05, 0.8));
+    count(allowed, "processor stolen", {1});
+  }
+  void fill_the_disk(Child&, Allowed& allowed) {
+    if (!disk_.own()) return;
+    disk_.fill();
+    wait_s(between(0.05, 0.5));
+    disk_.give_back();
+    count(allowed, "disk full", {1, 2});
+  }
+  /// Not to the child, but to what it left: the next start must notice.
+  void damage_a_result() {
+    std::vector<fs::path> files;
+    std::error_code none;
+    for (const auto& entry : fs::directory_iterator(on_disk("campaign/runs"), none)) files.push_back(entry.path());
+    if (files.empty()) return;
+    const fs::path path = one_of(files);
+    std::string bytes = read_whole_file(path).value_or("");
+    if (bytes.empty()) return;
+    const std::size_t at = random_() % bytes.size();
+    if (random_() % 2 == 0)
+      bytes.resize(at);
+    else
+      bytes[at] = static_cast<char>(bytes[at] ^ static_cast<char>(1 + random_() % 127));
+    std::ofstream(path, std::ios::binary) << bytes;
+    ++outcome_.strikes["result damaged"];
+    ++outcome_.redone;
+    damaged_.insert(path.filename());
+  }
+
+  /// Strikes at random moments until the child has ended; finds what it must not end with.
+  int disturb(Child& child, const std::vector<Strike>& all, double longest_s, double pause_s, Allowed& allowed,
+              const std::string& name, const std::string& output) {
+    const double begin = clock_.now_s();
+    while (child.runs() && clock_.now_s() - begin < longest_s) {
+      wait_until([&] { return !child.runs(); }, between(0.02, pause_s));
+      if (child.runs()) (this->*one_of(all))(child, allowed);
+    }
+    const int code = child.wait(1.0);
+    ++outcome_.exits[name][code];
+    if (allowed.codes.contains(code)) return code;
+    const std::string said = read_whole_file(output).value_or("");
+    find(code == -1 ? fmt::format("{} did not end after {}", name, allowed.done)
+                    : fmt::format("{} ended with {} after: {}; its last words: {}", name, code, allowed.done,
+                                  said.substr(said.size() - std::min<std::size_t>(said.size(), 300))));
+    return code;
+  }
+
+  /// Until each of its results is there; some of them are damaged on the way.
+  void disturbed_campaign() {
+    const std::vector<Strike> all = {&Chaos::end_by_signal, &Chaos::end_by_signal, &Chaos::stop_for_a_while,
+                                     &Chaos::kill_a_worker, &Chaos::stop_a_worker, &Chaos::steal_the_processor,
+                                     &Chaos::fill_the_disk};
+    bool whole = false;
+    while (going_on() && !whole) {
+      Allowed allowed;
+      const bool limited = random_() % 8 == 0;
+      const rlim_t most = random_() % 300'000;
+      if (limited) count(allowed, "file size limited", {1, 2});
+      const std::string output = file("compare.txt");
+      Child child(settings_.program, compare_to(on_disk("campaign")), output, [&] {
+        const rlimit limit{most, most};
+        if (limited) ::setrlimit(RLIMIT_FSIZE, &limit);
+      });
+      whole = disturb(child, all, longest_campaign_s, 0.6, allowed, "compare", output) == 0;
+      compare_results(whole);
+      if (!whole && random_() % 2 == 0) damage_a_result();
+    }
+    if (!whole) {  // time is over: the rest in peace
+      Child child(settings_.program, compare_to(on_disk("campaign")), file("compare.txt"));
+      if (const int code = child.wait(longest_campaign_s); code != 0)
+        find(fmt::format("the last compare ended with {}", code));
+      compare_results(true);
+    }
+    ++outcome_.campaigns;
+    damaged_.clear();
+    fs::remove_all(on_disk("campaign"));
+  }
+
+  /// A run's record without what differs between any two runs of the same.
+  static Json timeless(const std::string& text) {
+    Json json = Json::parse(text).at("run");
+    json.erase("solve_us");
+    json.erase("deadline_misses");
+    return json;
+  }
+  /// All that is there is equal to the undisturbed campaign's, to the last digit; if `whole`, all is there.
+  void compare_results(bool whole) {
+    for (const auto& entry : fs::directory_iterator(file("undisturbed/runs"))) {
+      const fs::path theirs = on_disk("campaign/runs") / entry.path().filename();
+      const auto text = read_whole_file(theirs);
+      const std::string name = entry.path().filename();
+      if (!whole && damaged_.contains(name)) continue;  // until the campaign is whole it may not have been done again
+      if (!text) {
+        if (whole) find(fmt::format("{} is not there", name));
+        continue;
+      }
+      try {
+        if (theirs.extension() == ".trace")
+          compare_traces(name, decode_trace(read_whole_file(entry.path()).value()), decode_trace(*text));
+        else
+          compare_records(name, timeless(read_whole_file(entry.path()).value()), timeless(*text), whole);
+      } catch (const std::exception& error) {
+        find(fmt::format("{} cannot be read: {}", name, error.what()));
+      }
+    }
+  }
+  void compare_records(const std::string& name, const Json& ours, const Json& theirs, bool whole) {
+    ++outcome_.results;
+    if (theirs == ours) return;
+    if (!whole && theirs.value("status", "").starts_with("failed")) return;  // is done again
+    find(fmt::format("{} differs: {} in place of {}", name, theirs.dump(), ours.dump()));
+  }
+  void compare_traces(const std::string& name, const Trace& ours, const Trace& theirs) {
+    ++outcome_.traces;
+    bool same = ours.ticks == theirs.ticks && ours.signals.size() == theirs.signals.size();
+    for (std::size_t i = 0; same && i < ours.signals.size(); ++i)
+      same = std::ranges::equal(ours.signals[i].values, theirs.signals[i].values,
+                                [](double a, double b) { return a == b || (a != a && b != b); });
+    if (!same) find(fmt::format("{} differs", name));
+  }
+
+  /// A controller and its node; what happens to either.
+  void disturbed_run(int round) {
+    const std::vector<Strike> all = {&Chaos::end_by_signal,       &Chaos::crash,
+                                     &Chaos::from_the_terminal,   &Chaos::stop_for_a_while,
+                                     &Chaos::steal_the_processor, &Chaos::fill_the_disk};
+    ++outcome_.runs;
+    const int port = 20000 + static_cast<int>((::getpid() + round) % 20000);
+    const std::string address = fmt::format("127.0.0.1:{}", port), out = on_disk(fmt::format("run-{}", round));
+    const std::string report = file("node.json"), output = file("run.txt");
+    fs::remove(report);
+    std::vector<std::string> node = {"emulator",
+                                     "--variant",
+                                     settings_.variant,
+                                     "--port",
+                                     std::to_string(port),
+                                     "--report",
+                                     report,
+                                     "--idle-exit",
+                                     "1",
+                                     "--seed",
+                                     std::to_string(round + 1)};
+    if (round % 2 == 1) node.insert(node.end(), {"--fault", one_of(node_faults)});
+    Child emulator(settings_.program, node, file("node.txt"));
+    wait_s(0.3);
+    Allowed allowed;
+    if (round % 2 == 1) count(allowed, "node: " + node.back().substr(0, node.back().find('@')), {1});
+    Child run(settings_.program,
+              {"run", settings_.variant, "--plant", "emulator", "--node", address, "--duration",
+               fmt::format("{}", run_s), "--out", out, "--quiet"},
+              output);
+    allowed.codes.insert({1, 2});  // a machine that stands still by itself; a node that could not begin
+    disturb(run, all, longest_run_s, 3.0, allowed, "run", output);
+    emulator.wait(5.0);
+    look_at_log(out);
+    look_at_node(report, allowed);
+    fs::remove_all(out);
+  }
+  void look_at_log(const std::string& out) {
+    std::error_code none;
+    for (const auto& entry : fs::directory_iterator(out, none)) {
+      if (entry.path().extension() != ".mcap" || fs::file_size(entry.path(), none) < 10'000) continue;
+      try {
+        const RecordedRun log = read_run(entry.path());
+        ++outcome_.logs;
+        outcome_.ticks += std::ssize(log.ticks);
+        for (std::size_t i = 1; i < log.ticks.size(); ++i)
+          if (log.ticks[i].sensors.time_s <= log.ticks[i - 1].sensors.time_s) {
+            find(fmt::format("{}: time does not increase at tick {}", entry.path().filename().string(), i));
+            break;
+          }
+      } catch (const std::exception& error) {
+        find(error.what());
+      }
+    }
+  }
+  void look_at_node(const std::string& path, const Allowed& allowed) {
+    const auto text = read_whole_file(path);
+    if (!text) return;  // it was killed
+    ++outcome_.reports;
+    const Json report = Json::parse(*text);
+    if (report.at("sessions") > 1) find(fmt::format("the node had {} sessions", report.at("sessions").dump()));
+    if (report.at("refused") > 0) find(fmt::format("the node refused {} commands", report.at("refused").dump()));
+    if (const auto last = report.find("final_outputs"); last != report.end())
+      for (const auto& [name, value] : last->items())
+        if (value != 0) find(fmt::format("the node ended with {} = {} after: {}", name, value.dump(), allowed.done));
+    if (report.at("timeouts") > 0)
+      outcome_.worst_safe_ms = std::max(outcome_.worst_safe_ms, report.at("safe_after_ms").get<double>());
+  }
+
+  const std::vector<std::string> node_faults = {
+      "process:killed@1", "process:stopped=0.1@1",  "packets:lost=1@1",       "packets:lost=0.05@1",
+      "packets:late=2@1", "packets:repeated=0.1@1", "packets:corrupt=0.05@1", "process:crashed@1.5"};
+  ChaosSettings settings_;
+  std::function<bool()> interrupted_;
+  std::function<void(const std::string&)> tell_;
+  std::mt19937_64 random_;
+  SmallDisk disk_;
+  std::set<std::string> damaged_;
+  MonotonicClock clock_;
+  ChaosOutcome outcome_;
+};
+
+}  // namespace
+
+ChaosOutcome chaos(const ChaosSettings& settings, const std::function<bool()>& interrupted,
+                   const std::function<void(const std::string&)>& tell) {
+  create_folder(settings.folder);
+  return Chaos(settings, interrupted, tell).run();
+}
+
+Result result_of(const ChaosOutcome& outcome) {
+  using Column = Table::Column;
+  Table strikes{.name = "strikes", .columns = {Column("what", "what was done", "<"), Column("times", "times")}};
+  for (const auto& [what, times] : outcome.strikes) strikes.add({what, times});
+  Table exits{
+      .name = "exits",
+      .columns = {Column("command", "command", "<"), Column("exit_code", "exit code"), Column("times", "times")}};
+  for (const auto& [command, codes] : outcome.exits)
+    for (const auto& [code, times] : codes) exits.add({command, code, times});
+  Result result{.facts = {{"campaigns", outcome.campaigns},
+                          {"results", outcome.results},
+                          {"traces", outcome.traces},
+                          {"damaged", outcome.redone},
+                          {"runs", outcome.runs},
+                          {"logs", outcome.logs},
+                          {"ticks", outcome.ticks},
+                          {"node_reports", outcome.reports},
+                          {"worst_safe_ms", outcome.worst_safe_ms},
+                          {"left_out", outcome.left_out},
+                          {"findings", outcome.findings}},
+                .tables = {strikes, exits}};
+  result.notes.push_back(
+      fmt::format("{} campaigns whole after all, {} results and {} traces equal to the undisturbed ones but for those "
+                  "below; {} runs in real "
+                  "time, {} logs of {} ticks read, {} reports of nodes, outputs safe at the latest {:.1f} ms after the "
+                  "last command",
+                  outcome.campaigns, outcome.results, outcome.traces, outcome.runs, outcome.logs, outcome.ticks,
+                  outcome.reports, outcome.worst_safe_ms));
+  for (const std::string& what : outcome.left_out) result.notes.push_back("left out: " + what);
+  for (const std::string& what : outcome.findings) result.notes.push_back("FOUND " + what);
+  if (outcome.findings.empty()) result.notes.emplace_back("nothing found");
+  return result;
+}
+
+}  // namespace solenoid

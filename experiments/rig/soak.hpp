@@ -1,0 +1,46 @@
+#pragma once
+
+#include "core/metrics/metrics.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace solenoid {
+
+struct Result;
+
+/// A run in real time on an emulated node for as long as it is told, with other work on the same processors.
+struct SoakSettings {
+  std::string program;  ///< this program's file
+  std::string folder;   ///< of its files
+  std::string variant = "nine_state";
+  double duration_s = 60.0;
+  int load = 2;  ///< threads that compute nothing all the while
+};
+
+struct SoakOutcome {
+  /// At a moment of the run.
+  struct Look {
+    double time_s = 0.0;
+    std::int64_t run_kb = 0, node_kb = 0;  ///< resident
+  };
+  std::vector<Look> looks;
+  int exit_code = -1;
+  std::string causes;  ///< why SAFE
+  std::int64_t ticks = 0, skipped = 0, late = 0;
+  std::int64_t due = 0;          ///< ticks, by the time of the last one
+  Percentiles late_us, tick_us;  ///< how late ticks began; how long they took
+  std::vector<std::string> findings;
+};
+
+/// Finds memory that grows after the first tenth, ticks that are neither done nor counted as skipped, a median lateness
+/// of half a tick and more (ticks are due at multiples of their period since the start, so lateness would add up if the
+/// phase were not kept), and an end that is not clean. Throws OutputError, ConfigError.
+SoakOutcome soak(const SoakSettings& settings, const std::function<bool()>& interrupted,
+                 const std::function<void(const SoakOutcome::Look&)>& tell);
+
+Result result_of(const SoakOutcome& outcome);
+
+}  // namespace solenoid
