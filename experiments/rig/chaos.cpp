@@ -1,6 +1,7 @@
 #include "experiments/rig/chaos.hpp"
 
 #include "core/rt/clock.hpp"
+#include "experiments/base/bounded_json.hpp"
 #include "experiments/base/busy_threads.hpp"
 #include "experiments/base/child_process.hpp"
 #include "experiments/base/files.hpp"
@@ -264,7 +265,7 @@ class Chaos {
 
   /// A run's record without what differs between any two runs of the same.
   static Json timeless(const std::string& text) {
-    Json json = Json::parse(text).at("run");
+    Json json = parse_json(text, "a result").at("run");
     json.erase("solve_us");
     json.erase("deadline_misses");
     return json;
@@ -364,7 +365,7 @@ class Chaos {
     const auto text = read_whole_file(path);
     if (!text) return;  // it was killed
     ++outcome_.reports;
-    const Json report = Json::parse(*text);
+    const Json report = parse_json(*text, path);
     if (report.at("sessions") > 1) find(fmt::format("the node had {} sessions", report.at("sessions").dump()));
     if (report.at("refused") > 0) find(fmt::format("the node refused {} commands", report.at("refused").dump()));
     if (const auto last = report.find("final_outputs"); last != report.end())

@@ -1,6 +1,7 @@
 #include "experiments/rig/node_protocol.hpp"
 
 #include "core/config/reader.hpp"
+#include "core/config/whole_file.hpp"
 #include "core/mpc/mode_set.hpp"
 #include "core/system/description.hpp"
 #include "experiments/base/bytes.hpp"
@@ -9,7 +10,6 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <limits>
 
 #include <fmt/format.h>
@@ -39,6 +39,7 @@ Tag tag_of(std::string_view bytes, const NodeKey* key) noexcept {
   return tag;
 }
 
+constexpr std::size_t most_key_bytes = 64;
 constexpr std::size_t word_size = 4, echo_size = 8, counters = 3;
 constexpr std::size_t sample_head = echo_size + counters * word_size;
 
@@ -51,10 +52,7 @@ NodeKey read_node_key(const std::string& path) {
         fmt::format("{}: cannot be read: {} (allowed: a file of 32 hexadecimal digits)", path, std::strerror(errno)));
   if ((about.st_mode & (S_IRWXG | S_IRWXO)) != 0)
     throw ConfigError(fmt::format("{}: a key that others may read is none (allowed: chmod 600)", path));
-  std::string digits(2 * NodeKey{}.bytes.size() + 2, '\0');
-  std::ifstream in(path, std::ios::binary);
-  in.read(digits.data(), static_cast<std::streamsize>(digits.size()));
-  digits.resize(static_cast<std::size_t>(in.gcount()));
+  std::string digits = read_whole_file(path, most_key_bytes).value_or("");
   while (!digits.empty() && std::isspace(static_cast<unsigned char>(digits.back()))) digits.pop_back();
   NodeKey key;
   std::size_t size = 0;

@@ -1,4 +1,5 @@
 #include "core/systems/actuator/signals.hpp"
+#include "experiments/base/bounded_json.hpp"
 #include "experiments/base/busy_threads.hpp"
 #include "experiments/base/child_process.hpp"
 #include "experiments/base/files.hpp"
@@ -98,7 +99,7 @@ void look_at_log(const std::string& path, ProcessOutcome& out) {
 void look_at_node(const std::string& path, ProcessOutcome& out) {
   const auto text = read_whole_file(path);
   if (!text) return;  // it was killed
-  const auto report = nlohmann::json::parse(*text);
+  const auto report = parse_json(*text, path);
   out.longest_silence_ms = report.at("longest_silence_ms");
   if (report.at("timeouts") > 0) out.safe_after_ms = report.at("safe_after_ms");
   out.refused = report.at("refused");

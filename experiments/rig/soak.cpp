@@ -2,6 +2,7 @@
 
 #include "controllers/factory.hpp"
 #include "core/rt/clock.hpp"
+#include "experiments/base/bounded_json.hpp"
 #include "experiments/base/busy_threads.hpp"
 #include "experiments/base/child_process.hpp"
 #include "experiments/base/files.hpp"
@@ -37,7 +38,7 @@ void take_result(const std::string& path, double tick_s, SoakOutcome& outcome) {
   const std::string text = read_whole_file(path).value_or("");
   const std::size_t begin = text.find("{\n");
   if (begin == std::string::npos) throw OutputError("the run said nothing of itself: " + text);
-  const Json run = Json::parse(text.substr(begin)).at("runs").at(0);
+  const Json run = parse_json(text.substr(begin), path).at("runs").at(0);
   const Json& loop = run.at("loop");
   outcome.ticks = loop.at("ticks");
   outcome.skipped = loop.at("skipped");
