@@ -21,6 +21,7 @@ namespace solenoid {
 namespace {
 
 constexpr double overtime_s = 20.0;
+constexpr double settled_s = 4.0;         // until then processes start
 constexpr std::int64_t growth_kb = 1024;  // that counts as none
 
 std::int64_t resident_kb(pid_t process) {
@@ -44,6 +45,7 @@ void take_result(const std::string& path, double tick_s, SoakOutcome& outcome) {
   outcome.skipped = loop.at("skipped");
   outcome.late = loop.at("late");
   outcome.due = std::lround(loop.at("ended_s").get<double>() / tick_s) + 1;
+  outcome.safe_entries = run.at("ladder").at("safe_entries").get<std::int64_t>() - 1;  // its end is one
   outcome.causes = run.at("safe_causes");
   outcome.late_us = percentiles_of(run.at("timing_us").at("late"));
   outcome.tick_us = percentiles_of(run.at("timing_us").at("tick"));
@@ -56,7 +58,8 @@ void judge(double tick_s, SoakOutcome& outcome) {
     find(fmt::format("{} ticks done and {} skipped of {} that were due", outcome.ticks, outcome.skipped, outcome.due));
   if (outcome.late_us.p50 > 0.5e6 * tick_s)
     find(fmt::format("half the ticks began {:.0f} us late", outcome.late_us.p50));
-  const auto settled = outcome.looks.begin() + (std::ssize(outcome.looks) + 9) / 10;
+  const double from_s = std::max(settled_s, outcome.looks.empty() ? 0.0 : 0.1 * outcome.looks.back().time_s);
+  const auto settled = std::ranges::find_if(outcome.looks, [&](const auto& look) { return look.time_s >= from_s; });
   for (const auto member : {&SoakOutcome::Look::run_kb, &SoakOutcome::Look::node_kb}) {
     if (settled == outcome.looks.end()) break;
     const auto most = std::ranges::max_element(settled, outcome.looks.end(), {}, member);
@@ -82,7 +85,7 @@ SoakOutcome soak(const SoakSettings& settings, const std::function<bool()>& inte
   Child run(settings.program,
             {"run", settings.variant, "--plant", "emulator", "--node", "127.0.0.1:" + port, "--duration",
              fmt::format("{}", settings.duration_s), "--rig", file("rig.toml"), "--out", file("run"), "--quiet",
-             "--format", "json"},
+             "--format", "json", "--rearm-wait", "3600"},
             file("run.json"));
   const BusyThreads load(settings.load);
   SoakOutcome outcome;
@@ -94,6 +97,7 @@ SoakOutcome soak(const SoakSettings& settings, const std::function<bool()>& inte
     next_s = clock.now_s() + look_s;
     const SoakOutcome::Look look{clock.now_s(), resident_kb(run.id()), resident_kb(node.id())};
     if (look.run_kb == 0 || look.node_kb == 0) continue;  // ends just now
+    if (look.time_s > settled_s) run.send(SIGUSR1);       // re-arms, should it be in SAFE
     outcome.looks.push_back(look);
     tell(look);
     if (clock.now_s() > settings.duration_s + overtime_s) run.send(SIGKILL);
@@ -118,12 +122,14 @@ Result result_of(const SoakOutcome& outcome) {
                           {"skipped", outcome.skipped},
                           {"late", outcome.late},
                           {"due", outcome.due},
+                          {"safe_entries", outcome.safe_entries},
                           {"late_us", numbers(outcome.late_us)},
                           {"tick_us", numbers(outcome.tick_us)},
                           {"findings", outcome.findings}},
                 .tables = {looks}};
-  result.notes.push_back(fmt::format("{} ticks done, {} skipped, of {} due; {} ended late", outcome.ticks,
-                                     outcome.skipped, outcome.due, outcome.late));
+  result.notes.push_back(
+      fmt::format("{} ticks done, {} skipped, of {} due; {} ended late; {} times in SAFE and re-armed", outcome.ticks,
+                  outcome.skipped, outcome.due, outcome.late, outcome.safe_entries));
   for (const auto& [name, p] : {std::pair("begun late", outcome.late_us), {"took", outcome.tick_us}})
     result.notes.push_back(
         fmt::format("{}: p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f}, max {:.0f} us", name, p.p50, p.p99, p.p999, p.max));
