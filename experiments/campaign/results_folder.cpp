@@ -60,6 +60,7 @@ ResultsFolder::ResultsFolder(const std::string& path, const Campaign& campaign, 
     : path_(path), campaign_(campaign), jobs_(jobs), started_(timestamp()) {
   create_folder(file("runs"));
   lock();
+  keep_room();
   write_manifest("running", {});
   ::unlink(file("runs.csv").c_str());
   write_inputs(campaign.inputs, path_);
@@ -69,6 +70,7 @@ ResultsFolder::ResultsFolder(const std::string& path, const Campaign& campaign, 
 }
 
 ResultsFolder::~ResultsFolder() {
+  give_room_back();
   if (lock_ >= 0) ::close(lock_);
 }
 
@@ -79,6 +81,26 @@ void ResultsFolder::lock() {
     ::close(lock_);
     lock_ = -1;
     throw OutputError(fmt::format("{}: in use by another solenoid", path_));
+  }
+}
+
+void ResultsFolder::keep_room() {
+  constexpr off_t last_words = 256 * 1024;  // some results, runs.csv, a manifest
+  const int room = ::open(file(".room").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+  if (room < 0) return;
+  const bool kept = ::posix_fallocate(room, 0, last_words) == 0;
+  ::close(room);
+  if (!kept) give_room_back();
+}
+
+void ResultsFolder::give_room_back() noexcept { ::unlink(file(".room").c_str()); }
+
+void ResultsFolder::write(const std::string& name, std::string_view bytes) {
+  try {
+    write_file_atomically(file(name), bytes);
+  } catch (const OutputError&) {
+    give_room_back();
+    write_file_atomically(file(name), bytes);
   }
 }
 
@@ -113,8 +135,8 @@ std::optional<RunRecord> ResultsFolder::finished_before(const CampaignRun& run) 
 }
 
 void ResultsFolder::add(const CampaignRun& run, const RunRecord& record, std::string_view trace) {
-  if (!trace.empty()) write_file_atomically(file("runs/" + run.id + ".trace"), trace);
-  write_file_atomically(file("runs/" + run.id + ".json"), run_file_text(run.hash, record, trace));
+  if (!trace.empty()) write("runs/" + run.id + ".trace", trace);
+  write("runs/" + run.id + ".json", run_file_text(run.hash, record, trace));
   log(fmt::format("{}: {}", run.id, record.status));
 }
 
@@ -138,12 +160,13 @@ void ResultsFolder::write_manifest(std::string_view status, std::span<const RunR
   json["started"] = started_;
   if (status != "running") json["ended"] = timestamp();
   json["counts"] = counts(campaign_, records);
-  write_file_atomically(file("manifest.json"), dump(json));
+  write("manifest.json", dump(json));
 }
 
 void ResultsFolder::close(std::string_view status, std::span<const RunRecord> records) {
+  give_room_back();
   log(status);
-  write_file_atomically(file("runs.csv"), to_csv(records));
+  write("runs.csv", to_csv(records));
   write_manifest(status, records);
 }
 
@@ -151,7 +174,7 @@ void ResultsFolder::abandon(std::string_view reason) noexcept {
   try {
     write_manifest("failed", {}, reason);
   } catch (const std::exception&) {
-    // The disk that failed the run fails this too; the manifest keeps saying "running" and runs.csv stays absent.
+    // Somebody else took the room that was kept: the manifest goes on saying "running", and runs.csv stays absent.
   }
 }
 

@@ -49,6 +49,10 @@ class ResultsFolder {
  private:
   std::string file(const std::string& name) const { return path_ + "/" + name; }
   void lock();
+  /// Some room on the disk, where it can be had, which is given back when it is full: so that what happened can be told.
+  void keep_room();
+  void give_room_back() noexcept;
+  void write(const std::string& name, std::string_view bytes);
   void open_log();
   void write_manifest(std::string_view status, std::span<const RunRecord> records, std::string_view reason = "");
 

@@ -19,6 +19,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <functional>
 #include <optional>
 
 #include <CLI/CLI.hpp>
@@ -159,6 +160,15 @@ int run(const RunArguments& chosen) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   std::string text;
   bool clean = true, stopped = false;
+  const auto keep = [&](const std::function<void()>& write) {  // a disk that fails hides nothing of how a run ended
+    try {
+      write();
+    } catch (const OutputError& error) {
+      fmt::print(stderr, "solenoid: {}\n", error.what());
+      results.abandon(error.what());
+      clean = false;
+    }
+  };
   for (const CampaignRun& cell : campaign.runs) {
     SessionResult result;
     try {
@@ -175,13 +185,13 @@ int run(const RunArguments& chosen) {
                                                    : result.log_problem);
     text += session_text(record, result);
     list.push_back(session_json(record, result));
-    results.add(cell, record);
-    records.push_back(record);
     clean = clean && result.clean();
+    keep([&] { results.add(cell, record); });
+    records.push_back(record);
     stopped = result.interrupted;
     if (stopped || !clean) break;
   }
-  results.close(stopped ? "interrupted" : clean ? "finished" : "failed", records);
+  keep([&] { results.close(stopped ? "interrupted" : clean ? "finished" : "failed", records); });
   if (records.size() > 1) text += repeats_text(records);
   write_standard_output(options.format == "json" ? nlohmann::ordered_json{{"runs", list}}.dump(1) + "\n"
                                                  : text + fmt::format("Results: {}\n", folder));

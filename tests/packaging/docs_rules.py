@@ -150,6 +150,7 @@ RULES = [
     Rule(r"profile (--save .*)", "measures until it is quiet", r"profile --variant thesis_pd --passes 1 \1"),
     Rule(r"profile (.*\.toml.*)", "measures until it is quiet", r"profile \1 --passes 1"),
     # real time
+    Rule(r"(emulator|run nine_state --plant emulator) --key node\.key", "a key that the line above makes; test_rig uses one", lambda match, _: match[1].split()[0] + " --help"),
     Rule(r"run VARIANT --plant sim\|emulator\|comedi", "placeholders", "run nine_state --plant sim --duration 0.3 --quiet",
          attempts=BUSY),
     Rule(r"emulator & (?:\./solenoid )?run nine_state --plant emulator", "8 s",
@@ -167,6 +168,8 @@ RULES = [
     Rule(r"replay LOG", "a placeholder", "replay run.mcap"),
     Rule(r"replay LOG --variant V", "placeholders", "replay run.mcap --variant thesis_pd"),
     Rule(r"export LOG", "a placeholder", "export run.mcap"),
+    Rule(r"chaos --duration \d+", "twenty minutes", "chaos --duration 3"),
+    Rule(r"soak --duration (?:\d+|S)(?: --load N)?", "half an hour", "soak --duration 6", attempts=BUSY),
     Rule(r"faults", "every fault takes minutes; test_rig asserts the table's rows", "faults --help"),
 ]
 

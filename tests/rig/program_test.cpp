@@ -133,6 +133,51 @@ TEST(Run, EndsInSafeWithExitCodeOneWhenASensorFails) {
   EXPECT_TRUE(std::filesystem::exists(folder / "out/cycloidal--nine_state--s1-fault-1.csv"));
 }
 
+TEST(Run, OnlyTheNodesKeyOpensIt) {
+  const Folder folder;
+  for (const char* key : {"right", "wrong"}) {
+    folder.write(key, std::string(31, '0') + (key[0] == 'r' ? "1" : "2") + "\n");
+    std::filesystem::permissions(folder / key, std::filesystem::perms::owner_read);
+  }
+  folder.write("rig.toml", fmt::format("{}[node]\nkey_file = 'right'\n", patient_limits));
+  const int port = test::free_udp_port();
+  const std::string to = fmt::format("--plant emulator --node 127.0.0.1:{}", port);
+  const ProgramRun run = run_program(
+      folder, fmt::format("run nine_state {} --rig rig.toml --duration 0.5 --quiet --out out", to),
+      fmt::format(
+          "{{ '{}' emulator --port {} --key right --idle-exit 20 --report node.json & }} 2>node.txt; sleep 0.5;",
+          SOLENOID_PROGRAM, port));
+  EXPECT_THAT(run.out, HasSubstr("0 corrupt")) << run.err;
+  for (const char* with : {"", "--key wrong"}) {
+    const ProgramRun check = run_program(folder, fmt::format("check {} {}", to, with));
+    EXPECT_EQ(check.exit_code, 2);
+    EXPECT_THAT(check.err,
+                HasSubstr(with[0] == '-' ? "no answer within 3 s (is `solenoid emulator` running, with the same key?"
+                                         : "no answer within 3 s (is `solenoid emulator` running, without a key?"));
+  }
+}
+
+/// A disk of a megabyte: the log fills it, the run ends in SAFE for it, and everybody is told.
+TEST(Run, AFullDiskHidesNeitherSafeNorItsCause) {
+  const Folder folder;
+  const std::string script =
+      "cd '" + folder.path() +
+      "' && mkdir disk && mount -t tmpfs -o size=1m none disk && touch mounted && { '" SOLENOID_PROGRAM
+      "' run nine_state --duration 4 --quiet --out disk/out --format json >out.json 2>err.txt; "
+      "echo $? >code; cp disk/out/manifest.json disk/out/runs.csv disk/out/*.mcap .; }";
+  folder.write("run.sh", script);
+  [[maybe_unused]] const int status =
+      std::system(("unshare -m sh '" + folder.file("run.sh") + "' 2>/dev/null").c_str());
+  if (!std::filesystem::exists(folder / "mounted")) GTEST_SKIP() << "no file system can be mounted here";
+  EXPECT_EQ(text_of(folder / "code"), "1\n") << text_of(folder / "err.txt");
+  const auto run = nlohmann::json::parse(text_of(folder / "out.json")).at("runs").at(0);
+  EXPECT_THAT(run.at("status").get<std::string>(), HasSubstr("No space left on device"));
+  EXPECT_GT(run.at("loop").at("ticks"), 100);
+  EXPECT_EQ(nlohmann::json::parse(text_of(folder / "manifest.json")).at("status"), "failed");
+  EXPECT_THAT(text_of(folder / "runs.csv"), HasSubstr("No space left on device"));
+  EXPECT_GT(read_run(folder.file("cycloidal--nine_state--s1.mcap")).ticks.size(), 100u);
+}
+
 TEST(Run, RefusesBeforeItMovesAnything) {
   const Folder folder;
   const std::string out = (folder / "out").string();
