@@ -13,7 +13,7 @@ if(SOLENOID_SANITIZE)
   # most of what they find ends a run under the address sanitizer too.
   target_compile_options(solenoid_flags INTERFACE -fsanitize=${SOLENOID_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all
                                                   -fno-sanitize=null,alignment,object-size,pointer-overflow
-                                                  -Wno-maybe-uninitialized)  # GCC 12 finds it in its own <regex>
+                                                  $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)  # GCC 12 finds it in its own <regex>
   target_link_options(solenoid_flags INTERFACE -fsanitize=${SOLENOID_SANITIZE})
 endif()
 option(SOLENOID_COVERAGE "programs count which of their lines run: ./solenoid coverage" OFF)

@@ -6,7 +6,7 @@ from typing import Callable, Optional, Union
 RECORDED = "experiments/systems/actuator/data/instances/closed_loops.instances"
 
 # Commands of the script, which the program does not know.
-SCRIPT = ("test", "coverage", "docs", "package")
+SCRIPT = ("test", "coverage", "fuzz", "docs", "package")
 
 # What the reader is taken to have: a campaign, and a small one to tune on.
 FILES = {
@@ -115,7 +115,7 @@ RULES = [
     Rule(r"COMMAND --help", "each command", lambda match, subcommands: [f"{name} --help" for name in subcommands]),
     Rule(r"check (?:\[campaign\.toml\]|FILE\.\.\.)", "a placeholder", "check campaign.toml"),
     Rule(r"test\b.*", "this is one of its tests"),
-    Rule(r"(?:coverage|docs|package)\b.*", "the script's: minutes of building"),
+    Rule(r"(?:coverage|fuzz|docs|package)\b.*", "the script's: minutes of building"),
     # the thesis, studies
     Rule(r"reproduce.*", "620 runs", "reproduce table-6-1 --format csv"),
     Rule(r"plot \[.*", "a synopsis", "plot campaign.toml --variant thesis_pd --scenario cycloidal_fast --svg plot.svg --seed 2"),

@@ -1,0 +1,10 @@
+// A run's trace, and what reports make of it.
+#include "experiments/campaign/trace.hpp"
+
+#include "tests/fuzz/fuzz.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  using namespace solenoid;
+  fuzz::read_or_refuse([&] { overview(decode_trace(fuzz::text_of(bytes, size)), 100); });
+  return 0;
+}
