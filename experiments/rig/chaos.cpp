@@ -47,6 +47,11 @@ payload_kg = 0.15
 noise = true
 )";
 
+/// What an emulated node may suffer.
+const std::vector<std::string> node_faults = {
+    "process:killed@1", "process:stopped=0.1@1",  "packets:lost=1@1",       "packets:lost=0.05@1",
+    "packets:late=2@1", "packets:repeated=0.1@1", "packets:corrupt=0.05@1", "process:crashed@1.5"};
+
 /// A small file system of its own where the system allows it, so that a disk can be full and nobody else's is.
 class SmallDisk {
  public:
@@ -375,9 +380,6 @@ class Chaos {
       outcome_.worst_safe_ms = std::max(outcome_.worst_safe_ms, report.at("safe_after_ms").get<double>());
   }
 
-  const std::vector<std::string> node_faults = {
-      "process:killed@1", "process:stopped=0.1@1",  "packets:lost=1@1",       "packets:lost=0.05@1",
-      "packets:late=2@1", "packets:repeated=0.1@1", "packets:corrupt=0.05@1", "process:crashed@1.5"};
   ChaosSettings settings_;
   std::function<bool()> interrupted_;
   std::function<void(const std::string&)> tell_;

@@ -1,5 +1,6 @@
 #include "experiments/rig/rig_file.hpp"
 
+#include "core/config/document.hpp"
 #include "core/config/reader.hpp"
 #include "core/systems/actuator/signals.hpp"
 #include "experiments/base/files.hpp"

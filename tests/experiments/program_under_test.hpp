@@ -103,9 +103,10 @@ inline int free_udp_port() {
   at.sin_family = AF_INET;
   at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   socklen_t size = sizeof at;
-  ::bind(file, reinterpret_cast<const sockaddr*>(&at), size);
-  ::getsockname(file, reinterpret_cast<sockaddr*>(&at), &size);
+  const bool bound = ::bind(file, reinterpret_cast<const sockaddr*>(&at), size) == 0 &&
+                     ::getsockname(file, reinterpret_cast<sockaddr*>(&at), &size) == 0;
   ::close(file);
+  EXPECT_TRUE(bound);
   return ntohs(at.sin_port);
 }
 

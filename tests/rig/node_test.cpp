@@ -112,7 +112,7 @@ TEST(NodePacket, LeavesOutWhatHasNoRoomAndReadsNothingBeyondItsEnd) {
 TEST(NodeKey, IsAFileOfDigitsThatNobodyElseMayRead) {
   const test::Folder folder;
   const auto written = [&](const std::string& text, std::filesystem::perms others = {}) {
-    const std::string file = folder.write("key", text);
+    std::string file = folder.write("key", text);
     std::filesystem::permissions(file, std::filesystem::perms::owner_all | others);
     return file;
   };
