@@ -67,8 +67,7 @@ struct Fields {
                    true, true, 0, static_cast<double>(half)});
   }
 };
-#define AT(member) \
-  [=](TickRecord & t) -> auto& { return t.member; }
+#define AT(member) ([=](TickRecord & t) -> auto& { return t.member; })
 
 void add_measurement(const Fields& fields, const SystemDescription& s) {
   fields.add("time_s", "since the run began", AT(sensors.time_s), true);
