@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -10,20 +9,7 @@ namespace solenoid {
 
 /// CRC-32 of ISO 3309 (zlib's, Ethernet's): polynomial 0xEDB88320 reflected, initial and final complement. The CRC of
 /// "123456789" is 0xCBF43926. `crc` continues an earlier one. No allocation or exception.
-inline std::uint32_t crc32(std::string_view bytes, std::uint32_t crc = 0) noexcept {
-  static constexpr auto table = [] {
-    std::array<std::uint32_t, 256> t{};
-    for (std::uint32_t i = 0; i < 256; ++i) {
-      std::uint32_t c = i;
-      for (int k = 0; k < 8; ++k) c = (c >> 1) ^ ((c & 1u) ? 0xEDB88320u : 0u);
-      t[i] = c;
-    }
-    return t;
-  }();
-  crc = ~crc;
-  for (const char byte : bytes) crc = table[(crc ^ static_cast<unsigned char>(byte)) & 0xffu] ^ (crc >> 8);
-  return ~crc;
-}
+std::uint32_t crc32(std::string_view bytes, std::uint32_t crc = 0) noexcept;
 
 /// Appends integers to a buffer, least significant byte first.
 template <class T>

@@ -2,19 +2,17 @@
 
 #include "core/config/reader.hpp"
 #include "experiments/base/bounded_json.hpp"
+#include "experiments/base/bytes.hpp"
 #include "experiments/base/files.hpp"
 
 #include <fmt/format.h>
-#include <zlib.h>
 
 namespace solenoid {
 namespace {
 
 constexpr const char* as_written = "a file as `solenoid compare` or `solenoid run` wrote it";
 
-std::string checksum(std::string_view bytes) {
-  return fmt::format("{:08x}", ::crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
-}
+std::string checksum(std::string_view bytes) { return fmt::format("{:08x}", crc32(bytes)); }
 
 std::string compact(const nlohmann::ordered_json& json) {
   return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
