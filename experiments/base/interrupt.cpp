@@ -21,22 +21,24 @@ std::vector<int> ending_signals() {
 
 }  // namespace
 
-InterruptGuard::InterruptGuard() {
-  interrupt_flag = 0;
+void SignalActions::set(int signal, void (*handler)(int), int flags) {
   struct sigaction action {};
   sigemptyset(&action.sa_mask);
-  const auto set = [&](int signal, void (*handler)(int)) {
-    action.sa_handler = handler;
-    before_.emplace_back();
-    before_.back().first = signal;
-    sigaction(signal, &action, &before_.back().second);
-  };
-  for (const int signal : ending_signals()) set(signal, raise_flag);
-  for (const int signal : ignored) set(signal, SIG_IGN);
+  action.sa_handler = handler;
+  action.sa_flags = flags;
+  before_.emplace_back();
+  before_.back().first = signal;
+  sigaction(signal, &action, &before_.back().second);
 }
 
-InterruptGuard::~InterruptGuard() {
+SignalActions::~SignalActions() {
   for (const auto& [signal, action] : before_) sigaction(signal, &action, nullptr);
+}
+
+InterruptGuard::InterruptGuard() {
+  interrupt_flag = 0;
+  for (const int signal : ending_signals()) actions_.set(signal, raise_flag);
+  for (const int signal : ignored) actions_.set(signal, SIG_IGN);
 }
 
 bool InterruptGuard::raised() { return interrupt_flag != 0; }

@@ -6,15 +6,27 @@
 
 namespace solenoid {
 
+/// Gives signals other actions, and their own again at its end.
+class SignalActions {
+ public:
+  SignalActions() = default;
+  ~SignalActions();
+  SignalActions(const SignalActions&) = delete;
+  SignalActions& operator=(const SignalActions&) = delete;
+
+  /// `flags` as of sigaction.
+  void set(int signal, void (*handler)(int), int flags = 0);
+
+ private:
+  std::vector<std::pair<int, struct sigaction>> before_;
+};
+
 /// While it lives, every signal that would end the process and is no crash (Ctrl-C, Ctrl-\, SIGTERM, SIGHUP, SIGALRM,
 /// SIGUSR2, real-time signals ...) only raises a flag, and a write beyond a file-size limit or to a closed pipe is an
 /// error to report, not the process's end.
 class InterruptGuard {
  public:
   InterruptGuard();
-  ~InterruptGuard();
-  InterruptGuard(const InterruptGuard&) = delete;
-  InterruptGuard& operator=(const InterruptGuard&) = delete;
 
   static bool raised();
   /// For a process forked below the guard: default actions again, but Ctrl-C and Ctrl-\ are its parent's business.
@@ -23,7 +35,7 @@ class InterruptGuard {
   static void hear();
 
  private:
-  std::vector<std::pair<int, struct sigaction>> before_;
+  SignalActions actions_;
 };
 
 }  // namespace solenoid

@@ -38,26 +38,14 @@ extern "C" void refuse_to_stop(int) {
 
 RigGuard::RigGuard(RigIo& io) {
   guarded_io.store(&io);
-  struct sigaction action {};
-  sigemptyset(&action.sa_mask);
-  const auto set = [&](int signal, void (*handler)(int)) {
-    action.sa_handler = handler;
-    before_.emplace_back();
-    before_.back().first = signal;
-    sigaction(signal, &action, &before_.back().second);
-  };
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGSYS, SIGTRAP, SIGXCPU})
-    set(signal, make_safe_and_crash);
-  action.sa_flags = SA_RESTART;
-  set(SIGTSTP, refuse_to_stop);
-  for (const int signal : {SIGTTIN, SIGTTOU}) set(signal, SIG_IGN);
+    actions_.set(signal, make_safe_and_crash);
+  actions_.set(SIGTSTP, refuse_to_stop, SA_RESTART);
+  for (const int signal : {SIGTTIN, SIGTTOU}) actions_.set(signal, SIG_IGN, SA_RESTART);
 }
 
 bool RigGuard::crashing() noexcept { return crash_flag.load(std::memory_order_relaxed); }
 
-RigGuard::~RigGuard() {
-  guarded_io.store(nullptr);
-  for (const auto& [signal, action] : before_) sigaction(signal, &action, nullptr);
-}
+RigGuard::~RigGuard() { guarded_io.store(nullptr); }
 
 }  // namespace solenoid

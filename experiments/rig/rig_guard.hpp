@@ -1,8 +1,6 @@
 #pragma once
 
-#include <csignal>
-#include <utility>
-#include <vector>
+#include "experiments/base/interrupt.hpp"
 
 namespace solenoid {
 
@@ -23,7 +21,7 @@ class RigGuard {
   static bool crashing() noexcept;
 
  private:
-  std::vector<std::pair<int, struct sigaction>> before_;
+  SignalActions actions_;
 };
 
 }  // namespace solenoid
