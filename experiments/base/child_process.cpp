@@ -44,6 +44,8 @@ bool wait_until(const std::function<bool()>& happened, double most_s) {
   return false;
 }
 
+std::string this_program() { return std::filesystem::read_symlink("/proc/self/exe").string(); }
+
 Child::Child(const std::string& program, std::vector<std::string> arguments, const std::string& output,
              const std::function<void()>& before) {
   arguments.insert(arguments.begin(), program);

@@ -12,6 +12,9 @@ void wait_s(double seconds);
 /// Whether it happened in that time; asked fifty times a second.
 bool wait_until(const std::function<bool()>& happened, double most_s);
 
+/// The file of the running program. Throws std::filesystem::filesystem_error where the system does not tell.
+std::string this_program();
+
 /// A process of a program, standard output and error in a file. It gets a process group of its own, which ends with the
 /// object.
 class Child {

@@ -1,3 +1,4 @@
+#include "experiments/base/child_process.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/interrupt.hpp"
 #include "experiments/base/result.hpp"
@@ -6,7 +7,6 @@
 #include "experiments/cli/value_kinds.hpp"
 #include "experiments/rig/chaos.hpp"
 
-#include <filesystem>
 #include <optional>
 
 #include <CLI/CLI.hpp>
@@ -22,7 +22,7 @@ struct ChaosArguments {
 
 int provoke_chaos(const ChaosArguments& options) {
   ChaosSettings settings = options.chaos;
-  settings.program = std::filesystem::read_symlink("/proc/self/exe").string();
+  settings.program = this_program();
   std::optional<TemporaryFolder> folder;
   if (settings.folder.empty()) settings.folder = folder.emplace().path().string();
   const InterruptGuard guard;

@@ -1,3 +1,4 @@
+#include "experiments/base/child_process.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/result.hpp"
 #include "experiments/cli/commands.hpp"
@@ -6,7 +7,6 @@
 #include "experiments/rig/fault_table.hpp"
 
 #include <algorithm>
-#include <filesystem>
 
 #include <CLI/CLI.hpp>
 
@@ -21,7 +21,7 @@ struct FaultsArguments {
 
 std::vector<ProcessOutcome> in_a_folder(const std::string& variant) {
   const TemporaryFolder folder;
-  return process_faults(std::filesystem::read_symlink("/proc/self/exe").string(), folder.path().string(), variant);
+  return process_faults(this_program(), folder.path().string(), variant);
 }
 
 int faults(const FaultsArguments& options) {

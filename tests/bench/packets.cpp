@@ -1,8 +1,8 @@
 // What a packet of the I/O node costs: made and read again, with and without a key.
 
+#include "core/metrics/metrics.hpp"
 #include "experiments/rig/node_protocol.hpp"
 
-#include <algorithm>
 #include <chrono>
 #include <vector>
 
@@ -14,17 +14,12 @@ using namespace solenoid;
 
 constexpr int rounds = 2000, packets = 50;
 
-struct Cost {
+struct PacketCost {
   double encode_ns = 0.0, decode_ns = 0.0;
 };
 
-double median(std::vector<double>& values) {
-  std::ranges::nth_element(values, values.begin() + std::ssize(values) / 2);
-  return values[values.size() / 2];
-}
-
 /// Medians over rounds of some packets each.
-Cost measure(NodePacket packet, const NodeKey* key) {
+PacketCost measure(NodePacket packet, const NodeKey* key) {
   using Clock = std::chrono::steady_clock;
   const auto each_ns = [](Clock::duration d) { return std::chrono::duration<double, std::nano>(d).count() / packets; };
   std::array<char, NodePacket::most_size> bytes{};
@@ -44,7 +39,7 @@ Cost measure(NodePacket packet, const NodeKey* key) {
     decode.push_back(each_ns(Clock::now() - between));
   }
   if (good != std::size_t{rounds} * packets) fmt::print("a packet did not come back\n");
-  return {median(encode), median(decode)};
+  return {percentiles(encode).p50, percentiles(decode).p50};
 }
 
 }  // namespace
@@ -58,7 +53,7 @@ int main() {
   fmt::print("{:10} {:>6} {:>6} {:>12} {:>12}\n", "packet", "bytes", "key", "encode ns", "decode ns");
   for (const auto& [name, packet] : {std::pair("command", command), {"sample", sample}, {"longest", longest}})
     for (const NodeKey* with : {static_cast<const NodeKey*>(nullptr), &key}) {
-      const Cost cost = measure(packet, with);
+      const PacketCost cost = measure(packet, with);
       fmt::print("{:10} {:6} {:>6} {:12.0f} {:12.0f}\n", name,
                  NodePacket::header_size + packet.length + NodePacket::tag_size, with ? "yes" : "no", cost.encode_ns,
                  cost.decode_ns);
