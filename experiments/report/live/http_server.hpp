@@ -6,7 +6,8 @@
 #include <map>
 #include <memory>
 #include <string>
-#include <string_view>
+
+struct MHD_Connection;
 
 namespace solenoid {
 
@@ -17,7 +18,7 @@ struct HttpRequest {
 };
 
 struct HttpAnswer {
-  int status = 200;
+  unsigned status = 200;
   const char* type = "text/plain";
   std::shared_ptr<const std::string> body = nullptr;  ///< shared by those who are sent the same
 };
@@ -25,15 +26,15 @@ struct HttpAnswer {
 /// What callers may cost. Beyond any of it the caller is dropped who has been at it longest, never the newest.
 struct HttpBounds {
   std::size_t connections = 64;
-  std::size_t head_bytes = 8192;
+  std::size_t connection_bytes = 16'384;  ///< of a request, its answer's head included
   std::size_t queued_bytes = 32'000'000;  ///< of answers not yet taken, together
   std::chrono::milliseconds request_time{2000}, answer_time{20'000};
 };
 
-/// Serves GET of HTTP/1.1 on 127.0.0.1 from one thread, which waits for nobody: a caller who sends or takes slowly, or
-/// nothing at all, holds a descriptor and a few kilobytes until its time is over. One answer a connection, always whole:
-/// `Range` is ignored. Callers must use this machine's names in `Host`, so that no other site reads along by a name of
-/// its own; there is nothing else than GET.
+/// Serves GET on 127.0.0.1 from one thread, by GNU libmicrohttpd, which waits for nobody: a caller who sends or takes
+/// slowly, or nothing at all, holds a descriptor and some kilobytes until its time is over. One answer a connection,
+/// always whole: `Range` is ignored. Callers must use this machine's names in `Host`, so that no other site reads along by
+/// a name of its own.
 class HttpServer {
  public:
   using Handler = std::function<HttpAnswer(const HttpRequest&)>;
@@ -49,21 +50,24 @@ class HttpServer {
 
  private:
   using Clock = std::chrono::steady_clock;
-  struct Connection;
-  void accept_callers();
-  void drop_longest();
-  bool go_on(Connection& caller);
-  bool read_request(Connection& caller);
-  bool send_answer(Connection& caller);
-  void answer(Connection& caller);
-  HttpAnswer answer_to(std::string_view head) const;
-  bool called_by_its_name(std::string_view head) const;
-  std::size_t queued() const;
+  struct Caller {
+    int descriptor;
+    Clock::time_point since;
+    std::size_t answer = 0;  ///< bytes that it is being sent; 0: it has not asked yet
+    bool dropped = false;
+  };
+  struct Calls;
+  bool called_by_its_name(MHD_Connection* connection) const;
+  HttpAnswer answer_to(MHD_Connection* connection, const char* path, const std::string& method) const;
+  bool answer(MHD_Connection* connection, Caller& caller, HttpAnswer answer);
+  void drop(Caller& caller) const;
+  void drop_the_overdue();
+  void drop_beyond_bounds(const Caller& newest);
 
   Handler handler_;
   HttpBounds bounds_;
   int listener_ = -1, port_ = 0;
-  std::list<Connection> callers_;  // in the order of their coming
+  std::list<Caller> callers_;  // in the order of their coming
 };
 
 }  // namespace solenoid
