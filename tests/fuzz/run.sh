@@ -52,7 +52,7 @@ seed trace '' "$made"/compare/runs/*.trace
 seed results '' "$made"/compare/runs/*.json "$made"/profile.json
 mkdir -p "$corpus/node" "$corpus/http"
 printf '\4\11\0\5\11\0\0\0\100\102\17\0\5\1\0\4\0\1\0\0\6\1\0\10' >"$corpus/node/seed-1"
-printf 'GET /runs.json?after=3 HTTP/1.1\r\nHost: 127.0.0.1:8080\r\nRange: bytes=0-3\r\n\r\n' >"$corpus/http/seed-1"
+printf 'GET /runs.json?after=3 HTTP/1.1\r\nHost: {HOST}\r\nRange: bytes=0-3\r\n\r\n' >"$corpus/http/seed-1"
 
 fuzz_one() { # TARGET
   local target=$1 known=()
