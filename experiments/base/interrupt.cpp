@@ -9,8 +9,6 @@ volatile std::sig_atomic_t interrupt_flag = 0;
 
 void raise_flag(int) { interrupt_flag = 1; }
 
-constexpr int ignored[] = {SIGXFSZ, SIGPIPE};
-
 /// What ends a process by default and is neither a crash nor a limit.
 std::vector<int> ending_signals() {
   std::vector<int> signals = {SIGINT,  SIGTERM,   SIGHUP,  SIGQUIT, SIGUSR1, SIGUSR2,
@@ -38,14 +36,14 @@ SignalActions::~SignalActions() {
 InterruptGuard::InterruptGuard() {
   interrupt_flag = 0;
   for (const int signal : ending_signals()) actions_.set(signal, raise_flag);
-  for (const int signal : ignored) actions_.set(signal, SIG_IGN);
+  for (const int signal : {SIGXFSZ, SIGPIPE}) actions_.set(signal, SIG_IGN);
 }
 
 bool InterruptGuard::raised() { return interrupt_flag != 0; }
 
 void InterruptGuard::leave_in_child() {
   for (const int signal : ending_signals()) std::signal(signal, SIG_DFL);
-  for (const int signal : ignored) std::signal(signal, SIG_DFL);
+  std::signal(SIGPIPE, SIG_DFL);
   for (const int signal : {SIGINT, SIGQUIT}) std::signal(signal, SIG_IGN);
 }
 

@@ -4,6 +4,7 @@
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/number_options.hpp"
 
+#include <csignal>
 #include <cstdio>
 #include <new>
 
@@ -78,6 +79,8 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int run_program(int argc, char** argv) {
+  std::signal(SIGXFSZ,
+              SIG_IGN);  // of any command: a write beyond a limit of files' sizes is an error like a full disk's
   try {
     return run(argc, argv);
   } catch (const ConfigError& error) {

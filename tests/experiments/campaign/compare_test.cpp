@@ -292,8 +292,8 @@ TEST(Compare, AFullDiskIsOneLineAndNoHalfResult) {
     Folder folder;
     folder.write("c.toml", small_campaign);
     // The shell's own redirections are small; the limit holds for every file the program writes.
-    const ProgramRun ended = run_program(folder, "compare c.toml --out o --format csv",
-                                         "trap '' XFSZ; ulimit -f " + std::to_string(blocks) + ";");
+    const ProgramRun ended =
+        run_program(folder, "compare c.toml --out o --format csv", "ulimit -f " + std::to_string(blocks) + ";");
     if (blocks > 0) {
       EXPECT_THAT(ended.err, HasSubstr("cannot be written: File too large"));
       EXPECT_THAT(ended.err, HasSubstr("o/"));
@@ -311,6 +311,9 @@ TEST(Compare, AFullStandardOutputIsAnError) {
   const int status = std::system(command.c_str());
   EXPECT_EQ(WEXITSTATUS(status), 2);
   EXPECT_THAT(text_of(folder.file(".err")), HasSubstr("standard output: cannot be written"));
+
+  ASSERT_EQ(run_program(folder, "list --format json", "ulimit -f 1;").exit_code, 2);  // of 512 bytes
+  EXPECT_THAT(text_of(folder.file(".err")), HasSubstr("standard output: cannot be written: File too large"));
 }
 
 }  // namespace
