@@ -3,11 +3,29 @@
 #include "core/config/document.hpp"
 
 #include <cmath>
+#include <iterator>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 namespace solenoid {
+namespace {
+
+std::string without_controls(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7f)
+      fmt::format_to(std::back_inserter(out), "\\x{:02x}", byte);
+    else
+      out += c;
+  }
+  return out;
+}
+
+}  // namespace
+
+ConfigError::ConfigError(std::string_view what) : std::runtime_error(without_controls(what)) {}
 
 std::string Range::text() const {
   constexpr double infinity = std::numeric_limits<double>::infinity();

@@ -7,16 +7,18 @@
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace solenoid {
 
 class Document;
 
-/// This error says why a configuration cannot be used: one line with file, line, key and what is allowed.
+/// This error says why a configuration cannot be used: one line with file, line, key and what is allowed. What a
+/// terminal would obey in it, and a line's end (a file may have put them into a name), becomes "\xNN".
 class ConfigError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit ConfigError(std::string_view what);
 };
 
 /// A number must lie in this inclusive range; text() has the words that an error uses for it.

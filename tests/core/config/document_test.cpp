@@ -56,6 +56,16 @@ TEST(Document, ACopyKeepsWhereItsValuesCameFromAndAChangedValueNamesWhoSetIt) {
   }
 }
 
+TEST(Document, ANameInAFileCannotEndTheLineOfItsErrorNorMoveTheCursor) {
+  TableReader reader = TableReader::from_text("\"a\\n\\u001B[2Jb\" = 1", "f.toml");
+  try {
+    reader.finish();
+    FAIL() << "an unknown key was taken";
+  } catch (const ConfigError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("key 'a\\x0a\\x1b[2Jb'"));
+  }
+}
+
 TEST(Document, APartIsReadUnderItsPathInTheWhole) {
   const Document whole = Document::from_text(text, "f.toml");
   const Document part = whole.part("scenario[1]", *whole.root()["scenario"][1].as_table());
