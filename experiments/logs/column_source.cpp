@@ -131,6 +131,12 @@ std::vector<std::size_t> places_of(const WantedNumber& wanted, const std::string
   return places;
 }
 
+/// A heading may itself have a star or a sign: "p*", "p-1".
+ColumnSource::Scaled among(const std::vector<std::string>& headings, const ColumnSource& source) {
+  if (std::ranges::find(headings, source.text) == headings.end()) return source.scaled();
+  return {source.text};
+}
+
 /// What the unit of a heading says of it.
 void convert(const WantedNumber& wanted, const std::string& heading, FoundColumn& found) {
   const HeadingParts parts = parts_of(heading);
@@ -228,15 +234,21 @@ HeadingParts parts_of(std::string_view heading) {
   return {std::string(heading.substr(0, bar)), std::string(heading.substr(bar + 1)), false};
 }
 
+bool has_column(const WantedNumber& wanted, const ColumnSource* source, const std::vector<std::string>& headings) {
+  if (!source) return !places_of(wanted, nullptr, headings).empty();
+  try {
+    const std::string heading = among(headings, *source).heading;
+    return !places_of(wanted, &heading, headings).empty();
+  } catch (const ConfigError&) {
+    return false;
+  }
+}
+
 FoundColumn find_column(const WantedNumber& wanted, const ColumnSource* source,
                         const std::vector<std::string>& headings) {
   FoundColumn found;
   ColumnSource::Scaled theirs;
-  if (source) {
-    // A heading may itself have a star or a sign: "p*", "p-1".
-    theirs.heading = source->text;
-    if (std::ranges::find(headings, source->text) == headings.end()) theirs = source->scaled();
-  }
+  if (source) theirs = among(headings, *source);
   const std::string& name = source ? theirs.heading : wanted.name;
   const auto places = places_of(wanted, source ? &theirs.heading : nullptr, headings);
   if (places.size() > 1)

@@ -61,5 +61,7 @@ struct FoundColumn {
 /// known.
 FoundColumn find_column(const WantedNumber& wanted, const ColumnSource* source,
                         const std::vector<std::string>& headings);
+/// Whether it is there, however often and in whatever unit.
+bool has_column(const WantedNumber& wanted, const ColumnSource* source, const std::vector<std::string>& headings);
 
 }  // namespace solenoid

@@ -110,14 +110,9 @@ class CsvLog {
 
  private:
   std::size_t known_among(const std::vector<std::string>& headings) const {
-    std::size_t count = 0;
-    for (const WantedNumber& number : wanted_numbers()) try {
-        find_column(number, source_of(sources_, number.name), headings);
-        ++count;
-      } catch (const ConfigError&) {
-        continue;
-      }
-    return count;
+    return static_cast<std::size_t>(std::ranges::count_if(wanted_numbers(), [&](const WantedNumber& number) {
+      return has_column(number, source_of(sources_, number.name), headings);
+    }));
   }
 
   /// What record_csv says about its record.
