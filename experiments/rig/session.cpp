@@ -1,5 +1,6 @@
 #include "experiments/rig/session.hpp"
 
+#include "core/metrics/percentile_sketch.hpp"
 #include "core/rt/allocation_guard.hpp"
 #include "core/rt/clock.hpp"
 #include "experiments/campaign/simulated_system.hpp"
@@ -28,33 +29,30 @@ constexpr double watch_s = 0.05;
 constexpr double guard_look_s = 0.004;
 constexpr double abandon_s = 2.0;
 
-/// Collects what the summary needs, in the log's thread; sized once.
+/// Collects what the summary needs, in the log's thread; its memory does not grow with the run's length.
 class Statistics {
  public:
-  Statistics(double duration_s, const Timing& timing) {
-    const auto ticks = static_cast<std::size_t>(duration_s / timing.tick_s) + 1000;
-    for (auto* v : {&late_, &read_, &control_, &write_, &tick_}) v->reserve(ticks);
-    solve_.reserve(ticks / static_cast<std::size_t>(timing.ticks_per_period));
-    kept_.reserve(std::min(ticks, static_cast<std::size_t>(most_kept_s / timing.tick_s)));
+  Statistics(double duration_s, double tick_s) {
+    kept_.reserve(static_cast<std::size_t>(std::min(duration_s, most_kept_s) / tick_s) + 1000);
   }
   void add(const TickRecord& t) {
     if (t.decision.safe_causes.has(Fault::stopped)) return;  // the end is no part of the task
-    late_.push_back(t.timing.late_us);
-    read_.push_back(t.timing.read_us);
-    control_.push_back(t.timing.control_us);
-    write_.push_back(t.timing.write_us);
-    tick_.push_back(t.timing.total_us());
-    if (t.decision.solved) solve_.push_back(t.decision.report.time_us);
+    late_.add(t.timing.late_us);
+    read_.add(t.timing.read_us);
+    control_.add(t.timing.control_us);
+    write_.add(t.timing.write_us);
+    tick_.add(t.timing.total_us());
+    if (t.decision.solved) solve_.add(t.decision.report.time_us);
     if (kept_.size() < kept_.capacity()) kept_.push_back(t);
   }
-  SessionTiming timing() {
-    return {percentiles(late_),  percentiles(read_), percentiles(control_),
-            percentiles(write_), percentiles(tick_), percentiles(solve_)};
+  SessionTiming timing() const {
+    return {late_.percentiles(),  read_.percentiles(), control_.percentiles(),
+            write_.percentiles(), tick_.percentiles(), solve_.percentiles()};
   }
   const std::vector<TickRecord>& kept() const { return kept_; }
 
  private:
-  std::vector<double> late_, read_, control_, write_, tick_, solve_;
+  PercentileSketch late_, read_, control_, write_, tick_, solve_;
   std::vector<TickRecord> kept_;
 };
 
@@ -271,7 +269,7 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
       make_ladder(variant, scenario.trajectory, settings.ladder, in_background(solver, settings.faults));
   CommandLimits limits = make_limits(variant);
   limits.set_rates(settings.rates);
-  Statistics statistics(settings.duration_s, timing);
+  Statistics statistics(settings.duration_s, timing.tick_s);
   RunLogSettings to = log_settings(settings, system);
   if (!settings.at_start_position) begin_off_the_start(plant, system, *ladder, to);
   RunLog log(to, [&](const TickRecord& tick) { statistics.add(tick); });

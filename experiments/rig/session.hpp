@@ -40,7 +40,7 @@ struct SessionSettings {
   std::function<void()> after_last_tick = [] {};  ///< before the log is closed: the plant's own safe state
 };
 
-/// Percentiles of what each tick took [us], and of the slots' solves.
+/// Percentiles of what each tick took [us], and of the slots' solves, within 0.1 % (PercentileSketch).
 struct SessionTiming {
   Percentiles late, read, control, write, tick, solve;
 };

@@ -1,4 +1,4 @@
-#include "core/metrics/metrics.hpp"
+#include "core/metrics/percentile_sketch.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "core/signal/filters.hpp"
@@ -6,6 +6,7 @@
 
 #include <complex>
 #include <limits>
+#include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -55,6 +56,29 @@ TEST(Percentiles, AreOfTheNearestRank) {
   EXPECT_EQ(p.p99, 990);
   EXPECT_EQ(p.p999, 999);
   EXPECT_EQ(p.max, 1000);
+}
+
+TEST(PercentileSketch, IsWithinItsAccuracyOfTheNearestRank) {
+  std::mt19937 random(11);
+  std::lognormal_distribution<double> times(3.0, 2.0);
+  PercentileSketch sketch;
+  EXPECT_EQ(sketch.percentiles().p50, 0);
+  std::vector<double> sample(50'000);
+  for (double& x : sample) sketch.add(x = times(random));
+  sketch.add(std::numeric_limits<double>::quiet_NaN());
+  const Percentiles p = sketch.percentiles(), q = percentiles(sample);
+  for (const auto& [found, exact] : {std::pair{p.p50, q.p50}, {p.p90, q.p90}, {p.p99, q.p99}, {p.p999, q.p999}})
+    EXPECT_NEAR(found, exact, 1.0001 * PercentileSketch::accuracy * exact);
+  EXPECT_EQ(p.max, q.max);
+}
+
+TEST(PercentileSketch, TakesWhatIsNoTime) {
+  PercentileSketch sketch;
+  for (const double x : {-5.0, 0.0, 1e-30, 1e300, std::numeric_limits<double>::infinity()}) sketch.add(x);
+  const Percentiles p = sketch.percentiles();
+  EXPECT_EQ(p.p50, 0.0);
+  EXPECT_NEAR(p.p90, 1e12, 1e12 * PercentileSketch::accuracy);
+  EXPECT_EQ(p.max, std::numeric_limits<double>::infinity());
 }
 
 TEST(CommandLimits, ReplaceWhatIsRefusedAndCountIt) {
