@@ -6,13 +6,12 @@
 #include "experiments/base/child_process.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/result.hpp"
-#include "experiments/campaign/trace.hpp"
+#include "experiments/base/small_disk.hpp"
+#include "experiments/campaign/same_results.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <csignal>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -20,8 +19,6 @@
 #include <set>
 
 #include <fmt/format.h>
-#include <sched.h>
-#include <sys/mount.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -51,36 +48,6 @@ noise = true
 const std::vector<std::string> node_faults = {
     "process:killed@1", "process:stopped=0.1@1",  "packets:lost=1@1",       "packets:lost=0.05@1",
     "packets:late=2@1", "packets:repeated=0.1@1", "packets:corrupt=0.05@1", "process:crashed@1.5"};
-
-/// A small file system of its own where the system allows it, so that a disk can be full and nobody else's is.
-class SmallDisk {
- public:
-  explicit SmallDisk(std::string folder) : folder_(std::move(folder)) {
-    create_folder(folder_);
-    own_ = ::unshare(CLONE_NEWNS) == 0 && ::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
-           ::mount("tmpfs", folder_.c_str(), "tmpfs", 0, "size=96m") == 0;
-    if (!own_) why_ = std::strerror(errno);
-  }
-  ~SmallDisk() {
-    if (own_) ::umount2(folder_.c_str(), MNT_DETACH);
-  }
-  SmallDisk(const SmallDisk&) = delete;
-  SmallDisk& operator=(const SmallDisk&) = delete;
-
-  bool own() const { return own_; }
-  const std::string& why() const { return why_; }
-  void fill() const {
-    std::ofstream out(folder_ + "/filler", std::ios::binary);
-    const std::string block(1 << 16, 'x');
-    while (out.write(block.data(), std::ssize(block)).flush()) {
-    }
-  }
-  void give_back() const { ::unlink((folder_ + "/filler").c_str()); }
-
- private:
-  std::string folder_, why_;
-  bool own_ = false;
-};
 
 class Chaos {
  public:
@@ -135,7 +102,10 @@ class Chaos {
     ++outcome_.strikes[what];
     allowed.add(what, codes);
   }
-  void find(const std::string& what) { outcome_.findings.push_back(fmt::format("{:.1f} s: {}", clock_.now_s(), what)); }
+  void find(const std::string& what) {
+    outcome_.findings.push_back(fmt::format("{:.1f} s: {}", clock_.now_s(), what));
+    tell_("FOUND " + outcome_.findings.back());
+  }
 
   std::vector<std::string> compare_to(const std::string& out) const {
     return {"compare", file("chaos.toml"), "--out", out, "--jobs", "2", "--format", "json"};
@@ -268,47 +238,14 @@ class Chaos {
     fs::remove_all(on_disk("campaign"));
   }
 
-  /// A run's record without what differs between any two runs of the same.
-  static Json timeless(const std::string& text) {
-    Json json = parse_json(text, "a result").at("run");
-    json.erase("solve_us");
-    json.erase("deadline_misses");
-    return json;
-  }
-  /// All that is there is equal to the undisturbed campaign's, to the last digit; if `whole`, all is there.
+  /// All that is there is equal to the undisturbed campaign's; if `whole`, all is there. What was damaged may not have
+  /// been done again until the campaign is whole.
   void compare_results(bool whole) {
-    for (const auto& entry : fs::directory_iterator(file("undisturbed/runs"))) {
-      const fs::path theirs = on_disk("campaign/runs") / entry.path().filename();
-      const auto text = read_whole_file(theirs);
-      const std::string name = entry.path().filename();
-      if (!whole && damaged_.contains(name)) continue;  // until the campaign is whole it may not have been done again
-      if (!text) {
-        if (whole) find(fmt::format("{} is not there", name));
-        continue;
-      }
-      try {
-        if (theirs.extension() == ".trace")
-          compare_traces(name, decode_trace(read_whole_file(entry.path()).value()), decode_trace(*text));
-        else
-          compare_records(name, timeless(read_whole_file(entry.path()).value()), timeless(*text), whole);
-      } catch (const std::exception& error) {
-        find(fmt::format("{} cannot be read: {}", name, error.what()));
-      }
-    }
-  }
-  void compare_records(const std::string& name, const Json& ours, const Json& theirs, bool whole) {
-    ++outcome_.results;
-    if (theirs == ours) return;
-    if (!whole && theirs.value("status", "").starts_with("failed")) return;  // is done again
-    find(fmt::format("{} differs: {} in place of {}", name, theirs.dump(), ours.dump()));
-  }
-  void compare_traces(const std::string& name, const Trace& ours, const Trace& theirs) {
-    ++outcome_.traces;
-    bool same = ours.ticks == theirs.ticks && ours.signals.size() == theirs.signals.size();
-    for (std::size_t i = 0; same && i < ours.signals.size(); ++i)
-      same = std::ranges::equal(ours.signals[i].values, theirs.signals[i].values,
-                                [](double a, double b) { return a == b || (a != a && b != b); });
-    if (!same) find(fmt::format("{} differs", name));
+    const SameResults same = compare_results_folders(file("undisturbed"), on_disk("campaign"), whole,
+                                                     whole ? std::set<std::string>() : damaged_);
+    outcome_.results += same.records;
+    outcome_.traces += same.traces;
+    for (const std::string& difference : same.differences) find(difference);
   }
 
   /// A controller and its node; what happens to either.
@@ -385,7 +322,7 @@ class Chaos {
   std::function<void(const std::string&)> tell_;
   std::mt19937_64 random_;
   SmallDisk disk_;
-  std::set<std::string> damaged_;
+  std::set<std::string> damaged_;  // files
   MonotonicClock clock_;
   ChaosOutcome outcome_;
 };

@@ -1,4 +1,5 @@
-// Trouble at random moments, and a long run under load: the commands themselves, for a short time.
+// Trouble at random moments: the command itself, for a short time. Not alone on its processors, as what is in real time is:
+// others' work is one trouble more.
 #include "tests/experiments/program_under_test.hpp"
 
 #include <gmock/gmock.h>
@@ -33,17 +34,6 @@ TEST(Chaos, IsToldApartFromWhatItCannotDo) {
   EXPECT_THAT(test::refusal_of(folder, "chaos --duration nan"), testing::HasSubstr("--duration"));
   EXPECT_THAT(test::refusal_of(folder, "soak --load -1"), testing::HasSubstr("--load"));
   EXPECT_THAT(test::refusal_of(folder, "soak --variant nobody"), testing::HasSubstr("nobody"));
-}
-
-TEST(Soak, AccountsForEveryTickInConstantMemory) {
-  const Folder folder;
-  const ProgramRun run = run_program(folder, "soak --duration 10 --format json");
-  ASSERT_TRUE(run.exit_code == 0 || run.exit_code == 1) << run.err << run.out;
-  const auto found = nlohmann::json::parse(run.out);
-  EXPECT_EQ(found.at("findings"), nlohmann::json::array());
-  EXPECT_EQ(found.at("ticks").get<int>() + found.at("skipped").get<int>(), found.at("due").get<int>());
-  EXPECT_NEAR(found.at("due").get<double>(), 10'027, 3);
-  EXPECT_GE(found.at("looks").size(), 10u);
 }
 
 }  // namespace
