@@ -7,11 +7,14 @@
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
+#include <poll.h>
 #include <sys/socket.h>
 
 namespace {
 
 using namespace solenoid;
+
+constexpr int longest_ms = 5;
 
 void require_text(std::string_view text) {
   if (std::ranges::any_of(text, [](unsigned char c) { return c < 0x20 || c == 0x7f; }))
@@ -55,8 +58,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   if (::connect(caller, reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0) fuzz::find("nobody listens");
   std::string answer;
   if (::send(caller, request.data(), request.size(), MSG_NOSIGNAL) >= 0) {
-    ::shutdown(caller, SHUT_WR);
     char buffer[4096];
+    pollfd answered{caller, POLLIN, 0};
+    if (::poll(&answered, 1, longest_ms) == 0) ::shutdown(caller, SHUT_RDWR);  // no whole request: it waits for more
     for (ssize_t n = 0; (n = ::recv(caller, buffer, sizeof buffer, 0)) > 0;)
       answer.append(buffer, static_cast<std::size_t>(n));
   }

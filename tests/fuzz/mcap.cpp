@@ -9,8 +9,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
                                    "pressure_b_pa=/pressures.values.1*1e5", "motor_n=/motor.force",
                                    "coils=/valves.bits"}};
   const fuzz::MemoryFile file(fuzz::text_of(bytes, size));
-  fuzz::read_or_refuse([&] { read_run(file.path()); });
-  fuzz::read_or_refuse([&] { read_log_records(file.path(), {}); });
-  fuzz::read_or_refuse([&] { read_log_records(file.path(), mapped); });
+  fuzz::read_or_refuse(fuzz::text_of(bytes, size), [&] { read_run(file.path()); });
+  fuzz::read_or_refuse(fuzz::text_of(bytes, size), [&] { read_log_records(file.path(), {}); });
+  fuzz::read_or_refuse(fuzz::text_of(bytes, size), [&] { read_log_records(file.path(), mapped); });
   return 0;
 }

@@ -9,7 +9,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   using namespace solenoid;
   if (size == 0) return 0;
   const std::string text(fuzz::text_of(bytes + 1, size - 1));
-  fuzz::read_or_refuse([&] {
+  fuzz::read_or_refuse(fuzz::text_of(bytes, size), [&] {
     TableReader table = TableReader::from_text(text, "fuzz.toml");
     switch (bytes[0] % 4) {
       case 0:

@@ -9,6 +9,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   if (size == 0) return 0;
   const VariantConfig variant = new_variant(systems()[bytes[0] % systems().size()]);
   const std::string text(fuzz::text_of(bytes + 1, size - 1));
-  fuzz::read_or_refuse([&] { read_rig(TableReader::from_text(text, "fuzz.toml"), variant); });
+  fuzz::read_or_refuse(fuzz::text_of(bytes, size),
+                       [&] { read_rig(TableReader::from_text(text, "fuzz.toml"), variant); });
   return 0;
 }

@@ -153,7 +153,7 @@ grep -q -- '--preset ubsan' calls || fail "presets that changed change no build"
 for wrong in nonsense sanitizer a.an ''; do
   run 0 test --preset "$wrong"
   [[ $code == 2 && ! -s calls ]] || fail "exit code $code for --preset '$wrong'"
-  expect "--preset $wrong: no such preset; there are: release dev asan ubsan tsan coverage noalloc" err
+  expect "--preset $wrong: no such preset; there are: release dev asan ubsan tsan coverage noalloc fuzz" err
 done
 
 # Coverage: counters of earlier runs go, failing tests do not keep the table from being made, too few lines are a failure.
