@@ -302,8 +302,8 @@ int InteriorPoint<Kkt>::revise_active_set() noexcept {
 template <class Kkt>
 bool InteriorPoint<Kkt>::certified(Kkt& kkt) noexcept {
   // Certificates show in the steps first: a multiplier or a point that runs away does so along its ray.
-  const auto proves = [&](const Ray& ray) {
-    return ray.error <= settings_.certificate && ray.value < -10.0 * settings_.certificate;
+  const auto proves = [&](const Ray& ray) {  // even if its error is no rounding, for every point of 1-norm below 10
+    return ray.error <= settings_.certificate && -ray.value > std::max(settings_.certificate, 10.0 * ray.error);
   };
   if (info_.feasibility > settings_.tolerance) {
     for (const bool steps : {true, false}) {

@@ -82,6 +82,21 @@ TEST(QpStatus, PrimalInfeasibleByCrossedBounds) {
   EXPECT_EQ(run(problem).info.status, Status::primal_infeasible);
 }
 
+/// Limits that miss each other by little are infeasible all the same, and one point is feasible (osqp/osqp#485, #256).
+TEST(QpStatus, AGapHoweverNarrowIsTold) {
+  for (const double gap : {1e-2, 1e-4, 1e-6, 3e-7, 0.0}) {
+    SCOPED_TRACE(gap);
+    SparseQp problem(1, 0, 2);  // minimise x  s.t.  x <= 0, x >= gap
+    problem.c[0] = 1.0;
+    problem.g_matrix.insert(0, 0) = problem.g_matrix.insert(1, 0) = 1.0;
+    problem.g_lower << -HUGE_VAL, gap;
+    problem.g_upper << 0.0, HUGE_VAL;
+    const Outcome outcome = run(problem);
+    EXPECT_EQ(to_string(outcome.info.status), gap > 0 ? "primal_infeasible" : "optimal");
+    EXPECT_EQ(proves_infeasible(problem, outcome.solution, 1e-7), gap > 0);
+  }
+}
+
 TEST(QpStatus, DualInfeasible) {
   SparseQp problem = two_variables();
   problem.p_matrix.coeffRef(0, 0) = 0.0, problem.p_matrix.coeffRef(1, 1) = 0.0;
