@@ -10,6 +10,7 @@ is, the ranking has to be the page's, but for the times; the description of a pi
 usage: docs_commands.py ROOT PROGRAM [--fake-comedi DIR] [--page NAME]
 """
 import argparse
+import concurrent.futures
 import glob
 import os
 import re
@@ -45,11 +46,17 @@ def block_commands(lines):
             yield begin, text
 
 
+def free_port():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        return str(free.getsockname()[1])
+
+
 class Checker:
     def __init__(self, root, program, fake_comedi):
         self.root, self.program, self.fake_comedi = root, program, fake_comedi
         self.problems, self.helps, self.done = [], {}, {}
-        self.runs = self.covered = 0
+        self.ran, self.covered = [], []  # lists, which two threads may append to
         self.subcommands = re.findall(r"^  (\w+) {2,}", self.help(()).split("Subcommands:")[1], re.M)
 
     def problem(self, page, number, text):
@@ -146,20 +153,21 @@ class Checker:
             instead = []
         else:
             instead = [match for match in rule.commands(bare, self.subcommands)]
-        self.covered += not instead
+        if not instead:
+            self.covered.append(command)
         output = None
         for text in instead:
-            text = text.replace("FREE_PORT", str(self.port))
+            text = text.replace("FREE_PORT", free_port())
             began = time.monotonic()
             for attempt in range(rule.attempts if rule else 1):
                 code, out, err = self.execute(text, folder, rule)
                 if code in (rule.codes if rule else (0,)):
                     break
-            self.runs += 1
+            self.ran.append(text)
             if os.environ.get("DOCS_TIMES"):
                 print(f"{time.monotonic() - began:7.2f} s  {page.path.name}:{number}: {text}", flush=True)
             if code == 2 and "uPlot, which draws" in err:
-                self.covered += 1  # built without it: the test of the report says what is missing
+                self.covered.append(text)  # built without it: the test of the report says what is missing
             elif code not in (rule.codes if rule else (0,)):
                 shown = command if text == command else f"{command}' as '{text}"
                 last = (err.strip() or out.strip()).split("\n")[-1]
@@ -172,9 +180,6 @@ class Checker:
 
     def run_page(self, page):
         with tempfile.TemporaryDirectory(prefix="docs-") as folder:
-            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-                free.bind(("127.0.0.1", 0))
-                self.port = free.getsockname()[1]
             for name, content in docs_rules.FILES.items():
                 Path(folder, name).write_text(content)
             if "--rig rig.toml" in page.path.read_text():
@@ -183,7 +188,7 @@ class Checker:
                 if (self.root / name).is_file():
                     Path(folder, name).parent.mkdir(parents=True, exist_ok=True)
                     shutil.copy(self.root / name, Path(folder, name))
-            self.made_log, shown_output = False, None
+            shown_output = None
             for number, kind, content in self.steps(page):
                 if kind == "file":
                     Path(folder, content[0]).write_text(content[1])
@@ -219,9 +224,8 @@ class Checker:
 
     def make_log(self, content, folder):
         """The log of a run, for commands on one that the reader has."""
-        if self.made_log or not re.search(r"\bLOG\b|run\.mcap|RUN\.mcap", content):
+        if Path(folder, "run.mcap").exists() or not re.search(r"\bLOG\b|run\.mcap|RUN\.mcap", content):
             return
-        self.made_log = True
         self.execute("./solenoid run nine_state --duration 1 --quiet --out log_for_docs", folder, None)
         Path(folder, "log_for_docs/cycloidal--nine_state--s1.mcap").rename(Path(folder, "run.mcap"))
 
@@ -242,12 +246,12 @@ def main():
     root = arguments.root.resolve()
     checker = Checker(root, str(Path(arguments.program).resolve()), arguments.fake_comedi)
     pages = [page for page in pages_below(root) if arguments.page in page.path.name]
-    for page in pages:
-        checker.run_page(page)
-    print(f"{len(pages)} pages, {checker.runs} commands run, {checker.covered} shown that are tested elsewhere")
+    with concurrent.futures.ThreadPoolExecutor(max_workers=2) as two:  # much of it waits: runs are in real time
+        list(two.map(checker.run_page, pages))
+    print(f"{len(pages)} pages, {len(checker.ran)} commands run, {len(checker.covered)} shown that are tested elsewhere")
     for problem in checker.problems:
         print(problem)
-    return 1 if checker.problems or not checker.runs else 0
+    return 1 if checker.problems or not checker.ran else 0
 
 
 if __name__ == "__main__":
