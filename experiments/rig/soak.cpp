@@ -21,8 +21,9 @@ namespace solenoid {
 namespace {
 
 constexpr double overtime_s = 20.0;
-constexpr double settled_s = 4.0;         // until then processes start
-constexpr std::int64_t growth_kb = 1024;  // that counts as none
+constexpr double settled_s = 4.0;       // until then processes start
+constexpr double growth_kb = 1024.0;    // that counts as none
+constexpr double index_kb_per_s = 1.0;  // the log's, written when it ends: 0.2 kB a chunk, of which a second has four
 
 std::int64_t resident_kb(pid_t process) {
   std::ifstream in(fmt::format("/proc/{}/statm", process));
@@ -45,7 +46,9 @@ void take_result(const std::string& path, double tick_s, SoakOutcome& outcome) {
   outcome.skipped = loop.at("skipped");
   outcome.late = loop.at("late");
   outcome.due = std::lround(loop.at("ended_s").get<double>() / tick_s) + 1;
-  outcome.safe_entries = run.at("ladder").at("safe_entries").get<std::int64_t>() - 1;  // its end is one
+  const Json& ladder = run.at("ladder");
+  outcome.safe_entries = ladder.at("safe_entries").get<std::int64_t>() - 1;  // its end is one
+  outcome.safe_slots = ladder.at("safe");
   outcome.causes = run.at("safe_causes");
   outcome.late_us = percentiles_of(run.at("timing_us").at("late"));
   outcome.tick_us = percentiles_of(run.at("timing_us").at("tick"));
@@ -61,11 +64,13 @@ void judge(double tick_s, SoakOutcome& outcome) {
   const double from_s = std::max(settled_s, outcome.looks.empty() ? 0.0 : 0.1 * outcome.looks.back().time_s);
   const auto settled = std::ranges::find_if(outcome.looks, [&](const auto& look) { return look.time_s >= from_s; });
   for (const auto member : {&SoakOutcome::Look::run_kb, &SoakOutcome::Look::node_kb}) {
-    if (settled == outcome.looks.end()) break;
-    const auto most = std::ranges::max_element(settled, outcome.looks.end(), {}, member);
-    if (*most.*member - *settled.*member > growth_kb)
+    const auto grew = std::ranges::find_if(settled, outcome.looks.end(), [&](const auto& look) {
+      const double allowed_kb = growth_kb + index_kb_per_s * (look.time_s - settled->time_s);
+      return static_cast<double>(look.*member - *settled.*member) > allowed_kb;
+    });
+    if (grew != outcome.looks.end())
       find(fmt::format("memory grew from {} kB at {:.0f} s to {} kB at {:.0f} s", *settled.*member, settled->time_s,
-                       *most.*member, most->time_s));
+                       *grew.*member, grew->time_s));
   }
 }
 
@@ -91,16 +96,17 @@ SoakOutcome soak(const SoakSettings& settings, const std::function<bool()>& inte
   SoakOutcome outcome;
   MonotonicClock clock;
   const double look_s = std::clamp(settings.duration_s / 30, 0.2, 60.0);
+  double rearm_s = settled_s;
   for (double next_s = 1.0; run.runs(); wait_s(0.05)) {
     if (interrupted()) run.send(SIGINT);
+    if (clock.now_s() > rearm_s) run.send(SIGUSR1), rearm_s = clock.now_s() + 1.0;  // does nothing where it is not SAFE
     if (clock.now_s() < next_s) continue;
     next_s = clock.now_s() + look_s;
+    if (clock.now_s() > settings.duration_s + overtime_s) run.send(SIGKILL);
     const SoakOutcome::Look look{clock.now_s(), resident_kb(run.id()), resident_kb(node.id())};
-    if (look.run_kb == 0 || look.node_kb == 0) continue;  // ends just now
-    if (look.time_s > settled_s) run.send(SIGUSR1);       // re-arms, should it be in SAFE
+    if (look.run_kb == 0 || look.node_kb == 0 || look.time_s > settings.duration_s) continue;  // it ends
     outcome.looks.push_back(look);
     tell(look);
-    if (clock.now_s() > settings.duration_s + overtime_s) run.send(SIGKILL);
   }
   outcome.exit_code = run.wait(1.0);
   take_result(file("run.json"), tick_s, outcome);
@@ -123,13 +129,14 @@ Result result_of(const SoakOutcome& outcome) {
                           {"late", outcome.late},
                           {"due", outcome.due},
                           {"safe_entries", outcome.safe_entries},
+                          {"safe_slots", outcome.safe_slots},
                           {"late_us", numbers(outcome.late_us)},
                           {"tick_us", numbers(outcome.tick_us)},
                           {"findings", outcome.findings}},
                 .tables = {looks}};
   result.notes.push_back(
-      fmt::format("{} ticks done, {} skipped, of {} due; {} ended late; {} times in SAFE and re-armed", outcome.ticks,
-                  outcome.skipped, outcome.due, outcome.late, outcome.safe_entries));
+      fmt::format("{} ticks done, {} skipped, of {} due; {} ended late; {} times in SAFE and re-armed, {} slots of it",
+                  outcome.ticks, outcome.skipped, outcome.due, outcome.late, outcome.safe_entries, outcome.safe_slots));
   for (const auto& [name, p] : {std::pair("begun late", outcome.late_us), {"took", outcome.tick_us}})
     result.notes.push_back(
         fmt::format("{}: p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f}, max {:.0f} us", name, p.p50, p.p99, p.p999, p.max));

@@ -32,13 +32,15 @@ struct SoakOutcome {
   std::int64_t ticks = 0, skipped = 0, late = 0;
   std::int64_t due = 0;           ///< ticks, by the time of the last one
   std::int64_t safe_entries = 0;  ///< before its end, each re-armed: the machine stood still for longer than a rig may
+  std::int64_t safe_slots = 0;    ///< until it was
   Percentiles late_us, tick_us;   ///< how late ticks began; how long they took
   std::vector<std::string> findings;
 };
 
-/// Finds memory that grows after the first tenth, ticks that are neither done nor counted as skipped, a median lateness
-/// of half a tick and more (ticks are due at multiples of their period since the start, so lateness would add up if the
-/// phase were not kept), and an end that is not clean. Throws OutputError, ConfigError.
+/// Finds memory that grows after the first tenth by more than a log's index does (1 kB a second), ticks that are neither
+/// done nor counted as skipped, a median lateness of half a tick and more (ticks are due at multiples of their period
+/// since the start, so lateness would add up if the phase were not kept), and an end that is not clean. Throws
+/// OutputError, ConfigError.
 SoakOutcome soak(const SoakSettings& settings, const std::function<bool()>& interrupted,
                  const std::function<void(const SoakOutcome::Look&)>& tell);
 
