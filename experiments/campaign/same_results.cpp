@@ -2,6 +2,7 @@
 
 #include "experiments/base/bounded_json.hpp"
 #include "experiments/base/files.hpp"
+#include "experiments/base/table.hpp"
 #include "experiments/campaign/trace.hpp"
 
 #include <algorithm>
@@ -36,8 +37,8 @@ SameResults compare_results_folders(const std::string& expected, const std::stri
   for (const auto& entry : std::filesystem::directory_iterator(expected + "/runs")) {
     const std::string name = entry.path().filename();
     if (left_out.contains(name)) continue;
-    const auto differs = [&](const std::string& how) { out.differences.push_back(name + how); };
-    const auto text = read_whole_file(found + "/runs/" + name);
+    const auto differs = [&](std::string_view how) { out.differences.push_back(fmt::format("{}{}", name, how)); };
+    const auto text = read_whole_file(fmt::format("{}/runs/{}", found, name));
     if (!text) {
       if (whole) differs(" is not there");
       continue;

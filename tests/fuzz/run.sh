@@ -3,8 +3,8 @@
 #
 #   tests/fuzz/run.sh PROGRAMS [SECONDS [TARGET...]]
 #
-# PROGRAMS: the folder of the program and of the fuzz_* programs. Each target gets so many seconds (default 30), as many
-# of them at once as there are processors. It starts from the project's own files, what the program writes, and what
+# PROGRAMS: the folder of the program and of the fuzz_* programs. Each target gets so many seconds (default 30), FUZZ_JOBS
+# of them at once (default: the processors). It starts from the project's own files, what the program writes, and what
 # earlier runs kept in build/fuzz-corpus; a finding is left in build/fuzz-findings, and becomes a file of
 # tests/data/fuzz/TARGET once it is mended. Exit code 1 for a finding.
 set -eu
@@ -32,9 +32,6 @@ seed() { # TARGET PREFIX FILE...
 still=()
 if [ "$(cat /proc/sys/vm/mmap_rnd_bits 2>/dev/null || echo 0)" -gt 28 ] && setarch -R true 2>/dev/null; then still=(setarch -R); fi
 
-exec 9>"$corpus/lock"
-flock 9  # the seeds are made by one of those that run at once
-
 # What only the program writes: a short run's log, results, traces.
 made=$logs/made
 mkdir "$made"
@@ -61,7 +58,6 @@ seed results '' "$made"/compare/runs/*.json "$made"/profile.json
 mkdir -p "$corpus/node" "$corpus/http"
 printf '\4\11\0\5\11\0\0\0\100\102\17\0\5\1\0\4\0\1\0\0\6\1\0\10' >"$corpus/node/seed-1"
 printf 'GET /runs.json?after=3 HTTP/1.1\r\nHost: {HOST}\r\nRange: bytes=0-3\r\n\r\n' >"$corpus/http/seed-1"
-exec 9>&-
 
 fuzz_one() { # TARGET
   local target=$1 known=()
@@ -75,7 +71,7 @@ if [ $# -eq 0 ]; then
   for program in "$programs"/fuzz_*; do set -- "$@" "${program##*/fuzz_}"; done
 fi
 for target; do
-  while [ "$(jobs -rp | wc -l)" -ge "$(nproc)" ]; do wait -n || true; done
+  while [ "$(jobs -rp | wc -l)" -ge "${FUZZ_JOBS:-$(nproc)}" ]; do wait -n || true; done
   fuzz_one "$target" &
 done
 wait

@@ -133,7 +133,7 @@ bool HttpServer::answer(MHD_Connection* connection, Caller& caller, HttpAnswer a
   if (response == nullptr) return false;
   caller.answer = text.size() + 1;
   caller.since = Clock::now();
-  body.release();  // the response's
+  static_cast<void>(body.release());  // the response's
   MHD_add_response_header(response, MHD_HTTP_HEADER_CONNECTION, "close");
   MHD_add_response_header(response, MHD_HTTP_HEADER_CACHE_CONTROL, "no-store");
   if (answer.status != MHD_HTTP_NO_CONTENT)
