@@ -1,6 +1,7 @@
 #include "experiments/report/live/http_server.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <string_view>
 
 #include <arpa/inet.h>
@@ -20,6 +21,18 @@ bool is_text(std::string_view text) {
   return std::ranges::none_of(text, [](unsigned char c) { return c < 0x20 || c == 0x7f; });
 }
 
+/// Whether each '%' begins an escape, and none stands for a control character: the library keeps the one and cuts at the
+/// other.
+bool is_escaped_well(std::string_view text) {
+  for (std::size_t at = text.find('%'); at != std::string_view::npos; at = text.find('%', at + 1)) {
+    const std::string_view digits = text.substr(at + 1, 2);
+    if (digits.size() < 2 || !std::ranges::all_of(digits, [](unsigned char c) { return std::isxdigit(c) != 0; }))
+      return false;
+    if (digits[0] < '2' || digits == "7f" || digits == "7F") return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 /// What the library calls back.
@@ -35,13 +48,21 @@ struct HttpServer::Calls {
     server.drop_beyond_bounds(server.callers_.back());
   }
 
+  static void* target(void* /*self*/, const char* raw, MHD_Connection* connection) {
+    of(connection).sound = is_escaped_well(raw);
+    return nullptr;
+  }
+
+  static Caller& of(MHD_Connection* connection) {
+    const auto* about = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    return *static_cast<Caller*>(about->socket_context);
+  }
+
   static MHD_Result request(void* self, MHD_Connection* connection, const char* path, const char* method,
                             const char* /*version*/, const char* /*upload*/, std::size_t* /*upload_size*/,
                             void** /*context*/) {
     auto& server = *static_cast<HttpServer*>(self);
-    const auto* about = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
-    auto& caller = *static_cast<Caller*>(about->socket_context);
-    return server.answer(connection, caller, server.answer_to(connection, path, method)) ? MHD_YES : MHD_NO;
+    return server.answer(connection, of(connection), server.answer_to(connection, path, method)) ? MHD_YES : MHD_NO;
   }
 
   static MHD_Result take_pair(void* request, MHD_ValueKind /*kind*/, const char* key, const char* value) {
@@ -86,11 +107,11 @@ int HttpServer::listen(int port) {
 }
 
 void HttpServer::serve(const std::function<bool()>& stop) {
-  MHD_Daemon* const daemon =
-      MHD_start_daemon(MHD_USE_EPOLL, 0, nullptr, nullptr, Calls::request, this, MHD_OPTION_LISTEN_SOCKET, listener_,
-                       MHD_OPTION_CONNECTION_LIMIT, static_cast<unsigned>(bounds_.connections) + dropped_meanwhile,
-                       MHD_OPTION_CONNECTION_MEMORY_LIMIT, bounds_.connection_bytes, MHD_OPTION_NOTIFY_CONNECTION,
-                       Calls::connection, this, MHD_OPTION_STRICT_FOR_CLIENT, 1, MHD_OPTION_END);
+  MHD_Daemon* const daemon = MHD_start_daemon(
+      MHD_USE_EPOLL, 0, nullptr, nullptr, Calls::request, this, MHD_OPTION_LISTEN_SOCKET, listener_,
+      MHD_OPTION_CONNECTION_LIMIT, static_cast<unsigned>(bounds_.connections) + dropped_meanwhile,
+      MHD_OPTION_CONNECTION_MEMORY_LIMIT, bounds_.connection_bytes, MHD_OPTION_NOTIFY_CONNECTION, Calls::connection,
+      this, MHD_OPTION_URI_LOG_CALLBACK, Calls::target, this, MHD_OPTION_STRICT_FOR_CLIENT, 1, MHD_OPTION_END);
   if (daemon == nullptr) return;
   listener_ = -1;  // the library's
   while (!stop()) {
@@ -101,11 +122,13 @@ void HttpServer::serve(const std::function<bool()>& stop) {
 }
 
 HttpAnswer HttpServer::answer_to(MHD_Connection* connection, const char* path, const std::string& method) const {
+  const auto* head = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_REQUEST_HEADER_SIZE);
+  if (head == nullptr || head->header_size > bounds_.head_bytes) return {431};
   if (!called_by_its_name(connection)) return {403};
   if (method != "GET") return {405};
   HttpRequest request{path, {}};
   MHD_get_connection_values(connection, MHD_GET_ARGUMENT_KIND, Calls::take_pair, &request);
-  bool sound = request.path.starts_with('/') && is_text(request.path);
+  bool sound = Calls::of(connection).sound && request.path.starts_with('/') && is_text(request.path);
   for (const auto& [key, value] : request.query) sound = sound && is_text(key) && is_text(value);
   if (!sound) return {400};
   try {

@@ -26,6 +26,7 @@ struct HttpAnswer {
 /// What callers may cost. Beyond any of it the caller is dropped who has been at it longest, never the newest.
 struct HttpBounds {
   std::size_t connections = 64;
+  std::size_t head_bytes = 8192;          ///< of a request's head
   std::size_t connection_bytes = 16'384;  ///< of a request, its answer's head included
   std::size_t queued_bytes = 32'000'000;  ///< of answers not yet taken, together
   std::chrono::milliseconds request_time{2000}, answer_time{20'000};
@@ -55,6 +56,7 @@ class HttpServer {
     Clock::time_point since;
     std::size_t answer = 0;  ///< bytes that it is being sent; 0: it has not asked yet
     bool dropped = false;
+    bool sound = true;  ///< what it asked for
   };
   struct Calls;
   bool called_by_its_name(MHD_Connection* connection) const;
