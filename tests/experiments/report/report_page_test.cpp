@@ -1,5 +1,6 @@
 // The report as a browser shows it, and the live page. Needs node and Debian's chromium.
 
+#include "experiments/base/child_process.hpp"
 #include "tests/experiments/needs_uplot.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
@@ -185,7 +186,8 @@ TEST(LivePage, GivesFilesOfItsRunsAndNothingElse) {
                            "/manifest.json", "/runs/loaded--nine_pd--s3.json", "/trace/", "//"})
     EXPECT_THAT(fetch(url, path), testing::StartsWith("HTTP/1.1 404")) << path;
   EXPECT_THAT(fetch(url, "/", "evil.example"), testing::StartsWith("HTTP/1.1 403"));
-  EXPECT_THAT(fetch(url, "/trace/loaded--nine_pd--s3"), testing::StartsWith("HTTP/1.1 200"));
+  // The page's process looks at the folder now and then.
+  EXPECT_TRUE(wait_until([&] { return fetch(url, "/trace/loaded--nine_pd--s3").starts_with("HTTP/1.1 200"); }, 10.0));
 }
 
 TEST(LivePage, ShowsARunInRealTimeAsItsTicksCome) {
