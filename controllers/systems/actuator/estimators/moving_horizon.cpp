@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include <Eigen/Cholesky>
+
 namespace solenoid {
 namespace {
 
@@ -77,12 +79,13 @@ void MovingHorizon::estimate() noexcept {
 
   Unknowns z = Unknowns::Zero();
   Belief::State end, best;
+  Eigen::LLT<Normal> factor;
   cost_ = cost_at_arrival_ = roll(z, best);
   for (int i = 0; i < tuning.iterations; ++i) {
     linearise(z);
-    factor_.compute(normal_);
-    if (factor_.info() != Eigen::Success) return;
-    Unknowns step = -factor_.solve(gradient_);
+    factor.compute(normal_);
+    if (factor.info() != Eigen::Success) return;
+    Unknowns step = -factor.solve(gradient_);
     Unknowns trial = z + step;
     double cost = roll(trial, end);
     for (int halvings = 0; !(cost <= cost_) && halvings < 3; ++halvings) {
@@ -99,7 +102,7 @@ void MovingHorizon::estimate() noexcept {
   belief_.mean = best;
   kalman_.model().confine(belief_.mean);
   // The covariance at the end, S (I + J'J)^-1 S', by the last linearisation.
-  const Eigen::Matrix<double, unknowns, Belief::size> half = factor_.matrixL().solve(sensitivity_.transpose());
+  const Eigen::Matrix<double, unknowns, Belief::size> half = factor.matrixL().solve(sensitivity_.transpose());
   belief_.covariance.noalias() = half.transpose() * half;
 }
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 
 namespace solenoid {
 
@@ -74,7 +74,6 @@ class MovingHorizon {
   Sensitivity sensitivity_;
   Normal normal_;
   Unknowns gradient_;
-  Eigen::LLT<Normal> factor_;
 };
 
 }  // namespace solenoid
