@@ -4,6 +4,7 @@
 #include "core/config/toml_depth.hpp"
 #include "core/config/whole_file.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <iterator>
 #include <new>
@@ -16,20 +17,35 @@
 namespace solenoid {
 namespace {
 
-void note_origins(const toml::node& node, const std::string& path, const std::string& file,
-                  std::map<std::string, std::string>& origins) {
-  origins.emplace(path, fmt::format("{}:{}", file, node.source().begin.line));
-  if (const toml::table* table = node.as_table())
-    for (const auto& [key, value] : *table)
-      note_origins(value, path.empty() ? std::string(key.str()) : fmt::format("{}.{}", path, key.str()), file, origins);
-  if (const toml::array* array = node.as_array())
-    for (std::size_t i = 0; i < array->size(); ++i)
-      if ((*array)[i].is_table()) note_origins((*array)[i], fmt::format("{}[{}]", path, i), file, origins);
-}
+/// Where each value of a document comes from, by its path.
+class Origins {
+ public:
+  Origins(const std::string& file, std::map<std::string, std::string>& origins) : file_(file), origins_(origins) {}
 
-/// What walks, copies and names values does so level by level.
+  void note(const toml::node& node, const std::string& path) {
+    const auto& [at, place] = *origins_.emplace(path, fmt::format("{}:{}", file_, node.source().begin.line)).first;
+    room_ -= std::min(room_, at.size() + place.size());
+    if (room_ == 0)
+      throw ConfigError(fmt::format("{}: too many keys of too long paths (allowed: {} bytes)", place, most_bytes));
+    if (const toml::table* table = node.as_table())
+      for (const auto& [key, value] : *table)
+        note(value, path.empty() ? std::string(key.str()) : fmt::format("{}.{}", path, key.str()));
+    if (const toml::array* array = node.as_array())
+      for (std::size_t i = 0; i < array->size(); ++i)
+        if ((*array)[i].is_table()) note((*array)[i], fmt::format("{}[{}]", path, i));
+  }
+
+ private:
+  static constexpr std::size_t most_bytes = 100'000'000;
+  const std::string& file_;
+  std::map<std::string, std::string>& origins_;
+  std::size_t room_ = most_bytes;
+};
+
+/// What walks, copies and names values does so level by level, and errors name keys.
 void require_shallow(const toml::table& root, const std::string& name) {
   constexpr int most_levels = 64;
+  constexpr std::size_t longest_key = 200;
   std::vector<std::pair<const toml::node*, int>> open = {{&root, 0}};
   while (!open.empty()) {
     const auto [node, level] = open.back();
@@ -38,7 +54,12 @@ void require_shallow(const toml::table& root, const std::string& name) {
       throw ConfigError(
           fmt::format("{}:{}: nested more than {} deep (allowed: less)", name, node->source().begin.line, most_levels));
     if (const toml::table* table = node->as_table())
-      for (const auto& [key, value] : *table) open.emplace_back(&value, level + 1);
+      for (const auto& [key, value] : *table) {
+        if (key.str().size() > longest_key)
+          throw ConfigError(fmt::format("{}:{}: a key of {} characters (allowed: at most {})", name,
+                                        key.source().begin.line, key.str().size(), longest_key));
+        open.emplace_back(&value, level + 1);
+      }
     if (const toml::array* array = node->as_array())
       for (const toml::node& value : *array)
         if (!value.is_value()) open.emplace_back(&value, level + 1);
@@ -65,7 +86,7 @@ Document Document::from_text(const std::string& text, const std::string& name) {
   } catch (const std::bad_alloc&) {
     throw ConfigError(fmt::format("{}: does not fit into memory (allowed: less)", name));
   }
-  note_origins(document.root_, "", name, document.origins_);
+  Origins(name, document.origins_).note(document.root_, "");
   return document;
 }
 

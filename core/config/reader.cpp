@@ -1,31 +1,16 @@
 #include "core/config/reader.hpp"
 
 #include "core/config/document.hpp"
+#include "core/config/one_line.hpp"
 
 #include <cmath>
-#include <iterator>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 namespace solenoid {
-namespace {
 
-std::string without_controls(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7f)
-      fmt::format_to(std::back_inserter(out), "\\x{:02x}", byte);
-    else
-      out += c;
-  }
-  return out;
-}
-
-}  // namespace
-
-ConfigError::ConfigError(std::string_view what) : std::runtime_error(without_controls(what)) {}
+ConfigError::ConfigError(std::string_view what) : std::runtime_error(one_line(what)) {}
 
 std::string Range::text() const {
   constexpr double infinity = std::numeric_limits<double>::infinity();

@@ -14,8 +14,7 @@ namespace solenoid {
 
 class Document;
 
-/// This error says why a configuration cannot be used: one line with file, line, key and what is allowed. What a
-/// terminal would obey in it, and a line's end (a file may have put them into a name), becomes "\xNN".
+/// This error says why a configuration cannot be used: in one_line, with file, line, key and what is allowed.
 class ConfigError : public std::runtime_error {
  public:
   explicit ConfigError(std::string_view what);

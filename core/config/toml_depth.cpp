@@ -53,7 +53,9 @@ class KeyScanner {
       if (!lines && rest_[at] == '\n') break;  // not valid: the parser will say so
       if (quote == '"' && rest_[at] == '\\') ++at;
     }
-    pass(at + end.size());
+    at += end.size();
+    for (int more = 0; lines && more < 2 && at < rest_.size() && rest_[at] == quote; ++more) ++at;  // are the string's
+    pass(at);
   }
 
   std::string_view rest_;

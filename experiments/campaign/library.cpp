@@ -14,6 +14,7 @@ namespace {
 
 constexpr const char* shipped_folder = "scenarios/";  // whose variants are known everywhere
 constexpr const char* studies_folder = "studies/";    // whose are not
+constexpr std::size_t most_levels = 32;               // of files that include files
 
 /// A file's text, or that of the shipped file of this name ("default" or "default.toml").
 std::string text_of(const std::string& path) {
@@ -76,9 +77,16 @@ void Library::load(const std::string& path, std::vector<std::string>& including)
   if (std::find(including.begin(), including.end(), key) != including.end())
     throw ConfigError(fmt::format("{}: key 'include': includes itself (allowed: files without a circle)", path));
   if (std::find(loaded_.begin(), loaded_.end(), key) != loaded_.end()) return;
+  if (including.size() == most_levels)
+    throw ConfigError(fmt::format("{}: key 'include': files in files, {} deep (allowed: less)", path, most_levels));
   loaded_.push_back(key);
   including.push_back(key);
-  take(std::make_shared<const Document>(Document::from_text(text_of(path), path)), including);
+  const std::string text = text_of(path);
+  bytes_ += text.size();
+  if (bytes_ > file_size::configuration)
+    throw ConfigError(fmt::format("{}: key 'include': {} bytes with the files before it (allowed: at most {})", path,
+                                  bytes_, file_size::configuration));
+  take(std::make_shared<const Document>(Document::from_text(text, path)), including);
   including.pop_back();
 }
 

@@ -53,6 +53,7 @@ class Library {
   std::map<std::string, std::string> scenario_places_;  // by name: where the scenario is
   std::vector<TableReader> readers_;  // of the documents, included ones before those that include them
   std::vector<std::string> loaded_;
+  std::size_t bytes_ = 0;  // of all files
 };
 
 /// The campaign that a library was loaded with.

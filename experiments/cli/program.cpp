@@ -1,20 +1,22 @@
+#include "core/config/one_line.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/base/build_info.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/cli/commands.hpp"
-#include "experiments/cli/number_options.hpp"
+#include "experiments/cli/option_values.hpp"
 
 #include <csignal>
 #include <cstdio>
 #include <new>
+#include <string_view>
 
 #include <CLI/CLI.hpp>
 
 namespace solenoid {
 namespace {
 
-int refuse(const char* what, int exit_code) {
-  std::fprintf(stderr, "solenoid: %s\n", what);
+int refuse(std::string_view what, int exit_code) {
+  std::fprintf(stderr, "solenoid: %s\n", one_line(what).c_str());
   return exit_code;
 }
 
@@ -59,19 +61,19 @@ int run(int argc, char** argv) {
   add_man(app, exit_code);
   add_completion(app, exit_code);
   add_complete(app, exit_code);
-  require_numbers(app);
+  require_values(app);
   if (argc < 2) {
     write_standard_output(app.help());
     return success;
   }
   if (argv[1][0] != '-')
     if (const std::string problem = problem_with_command(app, argv[1]); !problem.empty())
-      return refuse(problem.c_str(), bad_input);
+      return refuse(problem, bad_input);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    return refuse((std::string(error.what()) + " (see solenoid --help)").c_str(), bad_input);
+    return refuse(std::string(error.what()) + " (see solenoid --help)", bad_input);
   }
   return exit_code;
 }
@@ -79,8 +81,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int run_program(int argc, char** argv) {
-  std::signal(SIGXFSZ,
-              SIG_IGN);  // of any command: a write beyond a limit of files' sizes is an error like a full disk's
+  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond a limit of files' sizes is an error like a full disk's
   try {
     return run(argc, argv);
   } catch (const ConfigError& error) {

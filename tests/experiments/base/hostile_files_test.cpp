@@ -102,6 +102,44 @@ const std::vector<HostileFile>& hostile_cases() {
        "check made.toml",
        {"made.toml"},
        [](const Folder& f) { f.write("made.toml", "[a" + times(".a", 200'000) + "]\n"); }},
+      {"dotted_key_behind_a_fourth_quote",
+       "check made.toml",
+       {"made.toml:1", "at most 32"},
+       [](const Folder& f) {
+         f.write("made.toml", "x = { a = \"\"\"b\"\"\"\", c" + times(".c", 200'000) + " = 1 }\n");
+       }},
+      {"files_in_files",
+       "check 0.toml",
+       {"32.toml", "key 'include'", "deep"},
+       [](const Folder& f) {
+         for (int i = 0; i < 40; ++i)
+           f.write(std::to_string(i) + ".toml", "include = [\"" + std::to_string(i + 1) + ".toml\"]\n");
+       }},
+      {"included_together",
+       "check made.toml",
+       {"3.toml", "key 'include'", "at most 4000000"},
+       [](const Folder& f) {
+         for (const char* name : {"1.toml", "2.toml", "3.toml"}) f.write(name, times("# comment\n", 150'000));
+         f.write("made.toml", "include = [\"1.toml\", \"2.toml\", \"3.toml\"]\n");
+       }},
+      {"long_key",
+       "check made.toml",
+       {"made.toml:1", "a key of 1000000 characters", "at most 200"},
+       [](const Folder& f) { f.write("made.toml", "[" + times("k", 1'000'000) + "]\na = 1\n"); }},
+      {"long_paths",
+       "check made.toml",
+       {"made.toml:", "too many keys", "allowed"},
+       [](const Folder& f) {
+         std::string path = "a";
+         for (int level = 0; level < 20; ++level) path += "." + times("k", 190);
+         std::string text = "[" + path + "]\n";
+         for (int key = 0; key < 200'000; ++key) text += "k" + std::to_string(key) + "=1\n";
+         f.write("made.toml", text);
+       }},
+      {"long_name",
+       "check made.toml",
+       {"made.toml:2", "nnn ... nnn", "names no folder"},
+       [](const Folder& f) { f.write("made.toml", "variants = []\nname = \"/" + times("n", 1'000'000) + "\"\n"); }},
       {"nested_lists",
        "check made.toml",
        {"made.toml"},

@@ -229,6 +229,35 @@ TEST(BadNumber, IsRefusedByEveryNumericOption) {
   }
 }
 
+TEST(EmptyValue, IsNotTakenForOneThatIsLeftOut) {
+  const Folder folder;
+  folder.write("c.toml", small_campaign);
+  for (const char* arguments :
+       {"compare ''", "compare c.toml --out ''", "size ''", "profile --instances ''", "profile --against ''",
+        "list --html ''", "run nine_pd --rig ''", "tune nine_pd --free ''", "check c.toml ''"}) {
+    const ProgramRun run = run_program(folder, arguments);
+    EXPECT_EQ(run.exit_code, 2) << arguments;
+    EXPECT_EQ(run.out, "") << arguments;
+    EXPECT_THAT(run.err, testing::HasSubstr("'' is refused (allowed: what is not empty)")) << arguments;
+  }
+}
+
+TEST(LineEnd, OnTheCommandLineEndsNoLineOfItsError) {
+  const Folder folder;
+  folder.write("c.toml", small_campaign);
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"a\nb"},
+                                                    {"compare", "--bo\ngus"},
+                                                    {"compare", "c.toml", "--jobs", "1\n2"},
+                                                    {"compare", "a\nb.toml"},
+                                                    {"list", "a\nb"},
+                                                    {"list", "--html", "/proc/a\nb"}}) {
+    const ProgramRun run = run_program(arguments);
+    EXPECT_EQ(run.exit_code, 2) << run.err;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+    EXPECT_THAT(run.err, testing::HasSubstr("\\x0a"));
+  }
+}
+
 TEST(BadNumber, AZeroInFrontDoesNotMakeANumberOctal) {
   const Folder folder;
   folder.write("c.toml", small_campaign);

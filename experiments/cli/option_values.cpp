@@ -1,4 +1,4 @@
-#include "experiments/cli/number_options.hpp"
+#include "experiments/cli/option_values.hpp"
 
 #include <charconv>
 #include <cmath>
@@ -47,11 +47,21 @@ void require_number(CLI::Option& option) {
     first([](std::string& text) { return whole_number<std::int64_t>(text, "a whole number"); });
 }
 
+/// An empty name is a shell's variable that was not set, and none that is left out.
+void require_text(CLI::Option& option) {
+  option.transform(CLI::Validator(
+      [](std::string& text) { return text.empty() ? refused(text, "what is not empty") : std::string(); }, ""));
+}
+
 }  // namespace
 
-void require_numbers(CLI::App& app) {
-  for (CLI::Option* option : app.get_options()) require_number(*option);
-  for (CLI::App* command : app.get_subcommands({})) require_numbers(*command);
+void require_values(CLI::App& app) {
+  const bool hidden = app.get_group().empty();  // completes words, empty ones too
+  for (CLI::Option* option : app.get_options()) {
+    require_number(*option);
+    if (!hidden && option->get_items_expected_max() > 0) require_text(*option);
+  }
+  for (CLI::App* command : app.get_subcommands({})) require_values(*command);
 }
 
 }  // namespace solenoid
