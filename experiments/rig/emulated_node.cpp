@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
 namespace solenoid {
 namespace {
 
-constexpr std::size_t most_events = 1000;
+constexpr std::size_t most_events = 1000, most_refusals_told = 100;
+constexpr std::size_t most_answer_to_a_stranger = 3;  // times what was asked with, as RFC 9000, section 8, has it
 constexpr double offer_holds_s = 1.0;
 constexpr double rounding_v = 1e-6;  // a voltage travels in whole microvolts
 
@@ -34,6 +36,7 @@ EmulatedNode::EmulatedNode(std::unique_ptr<FaultyPlant> plant, const Calibration
 
 std::optional<NodePacket> EmulatedNode::take(const NodePacket& packet, const NodePeer& from, double now_s) {
   using Type = NodePacket::Type;
+  tick(now_s);
   if (packet.type == Type::hello) return welcome(packet, from, now_s);
   if (of_a_node(packet.type)) {  // its own, sent back by somebody
     ++log_.foreign_packets;
@@ -69,7 +72,10 @@ std::optional<NodePacket> EmulatedNode::take(const NodePacket& packet, const Nod
 }
 
 NodePacket EmulatedNode::welcome(const NodePacket& hello, const NodePeer& from, double now_s) {
-  if (hello.text(0) != wire_) return refuse(hello, NodeRefusal::other_wire, wire_);
+  if (hello.text(0) != wire_) {
+    const std::size_t room = most_answer_to_a_stranger * (NodePacket::header_size + hello.length);
+    return refuse(hello, NodeRefusal::other_wire, wire_.substr(0, room - NodePacket::header_size));
+  }
   if (taken(now_s) && from != peer_) return busy(hello, from, now_s);
   Offer& offer = offers_[next_offer_++ % offers_.size()];
   offer = {from, unguessable_number(), now_s + offer_holds_s};
@@ -118,17 +124,28 @@ NodePacket EmulatedNode::refuse(const NodePacket& packet, NodeRefusal why, const
 
 NodePacket EmulatedNode::busy(const NodePacket& packet, const NodePeer& from, double now_s) {
   ++log_.asked;
-  ++session_asked_;
-  if (from != last_foreign_) event(now_s, fmt::format("refused {}: {} has the node", from.text(), peer_.text()));
+  if (session_asked_ < std::numeric_limits<std::int32_t>::max()) ++session_asked_;
+  if (from != last_foreign_ && ++refusals_told_ <= most_refusals_told)
+    event(now_s, fmt::format("refused {}: {} has the node", from.text(), peer_.text()));
   last_foreign_ = from;
   return refuse(packet, NodeRefusal::busy,
                 fmt::format("{}, heard of {:.0f} ms ago", peer_.text(), 1e3 * (now_s - heard_s_)));
 }
 
+bool EmulatedNode::of_now(const NodeCommand& command, double now_s) const {
+  const std::uint64_t now_us = time_us(now_s);
+  return command.seen_us >= timeout_us_ && command.seen_us <= now_us &&
+         static_cast<double>(now_us - command.seen_us) <= 1e6 * node_command_age_s;
+}
+
 void EmulatedNode::command(const NodePacket& packet, double now_s) {
+  const auto wanted = NodeCommand::of(packet, calibration_.continuous.size());
+  if (wanted && !of_now(*wanted, now_s)) {
+    ++log_.old_packets;
+    return;
+  }
   advance(now_s);
   ++log_.commands;
-  const auto wanted = NodeCommand::of(packet, calibration_.continuous.size());
   bool possible = wanted && (wanted->switches & ~known_switches_) == 0;
   for (std::size_t i = 0; possible && i < calibration_.continuous.size(); ++i)
     possible = std::abs(wanted->volts[i]) <= calibration_.continuous[i].limit_v + rounding_v;
@@ -162,7 +179,8 @@ void EmulatedNode::tick(double now_s) {
   if (safe_ || now_s - last_command_s_ < node_timeout_s) return;
   ++log_.timeouts;
   ++session_timeouts_;
-  log_.safe_after_s = now_s - last_command_s_;
+  timeout_us_ = time_us(now_s);
+  log_.safe_after_s = std::max(log_.safe_after_s, now_s - last_command_s_);
   make_safe(now_s, "safe by timeout");
 }
 
@@ -177,7 +195,7 @@ NodePacket EmulatedNode::sample(const NodePacket& asked, double now_s) {
   answer.flags = safe_ ? NodePacket::flag_safe : 0;
   answer.session = session_;
   answer.sequence = ++answers_;
-  answer.time_us = static_cast<std::uint64_t>(1e6 * time_s(now_s_));
+  answer.time_us = time_us(now_s_);
   NodeSample seen{asked.sequence, session_timeouts_, session_refused_, session_asked_, {}};
   for (std::size_t i = 0; i < calibration_.channels.size(); ++i)
     seen.volts[i] = calibration_.channels[i].volts(sensors_.value[i]);

@@ -21,7 +21,7 @@ struct NodeLog {
   std::vector<Event> events;
   std::int64_t sessions = 0, commands = 0, old_packets = 0, foreign_packets = 0, asked = 0, timeouts = 0, refused = 0;
   double longest_silence_s = 0.0;  ///< between two commands of a session
-  double safe_after_s = 0.0;       ///< from the last command to the safe state, of the last timeout
+  double safe_after_s = 0.0;       ///< from the last command to the safe state, of the latest of all timeouts
 };
 
 /// Where a packet came from.
@@ -37,7 +37,8 @@ struct NodePeer {
 /// it. Its time begins with the first session.
 ///
 /// One controller has the node at a time: the peer that opened, until it closes or nothing was heard of it for
-/// node_hold_s. Whoever else asks meanwhile is refused, and both are told.
+/// node_hold_s. Whoever else asks meanwhile is refused, and both are told. Commands that were held back on their way
+/// are none: a timeout is looked for before each packet, and a command says which sample its controller had seen.
 class EmulatedNode {
  public:
   /// `wire`: what controllers must agree on (wire_text).
@@ -69,10 +70,13 @@ class EmulatedNode {
   void begin_session(const Offer& offer, double now_s);
   NodePacket refuse(const NodePacket& packet, NodeRefusal why, const std::string& text);
   NodePacket busy(const NodePacket& packet, const NodePeer& from, double now_s);
+  /// Whether a controller sent this lately, and after the last timeout.
+  bool of_now(const NodeCommand& command, double now_s) const;
   void command(const NodePacket& packet, double now_s);
   void make_safe(double now_s, const char* why);
   NodePacket sample(const NodePacket& asked, double now_s);
   void advance(double now_s);
+  std::uint64_t time_us(double now_s) const { return static_cast<std::uint64_t>(1e6 * time_s(now_s)); }
   void event(double now_s, std::string what);
 
   std::unique_ptr<FaultyPlant> plant_;
@@ -85,9 +89,10 @@ class EmulatedNode {
   std::array<Offer, 4> offers_{};  // the oldest gives way
   std::size_t next_offer_ = 0;
   NodePeer peer_, last_foreign_;
-  std::uint64_t session_ = 0, newest_ = 0, answers_ = 0;
+  std::uint64_t session_ = 0, newest_ = 0, answers_ = 0, timeout_us_ = 0;
   double begun_s_ = -1.0, last_command_s_ = 0.0, heard_s_ = 0.0, now_s_ = 0.0;
   std::int32_t session_timeouts_ = 0, session_refused_ = 0, session_asked_ = 0;
+  std::size_t refusals_told_ = 0;
   bool safe_ = true, commanded_ = false;
 };
 

@@ -21,6 +21,8 @@
 namespace solenoid {
 namespace {
 
+constexpr int most_packets = 32;  // taken between two looks at the commands' time, however many more there are
+
 /// A socket on the loopback interface alone.
 class Socket {
  public:
@@ -136,7 +138,9 @@ void serve(EmulatedNode& node, const EmulatorSettings& settings, const std::func
   while (!stop()) {
     std::array<char, NodePacket::most_size + 1> bytes;
     sockaddr_in from{};
-    for (ssize_t size; (size = socket.receive(bytes.data(), bytes.size(), from)) >= 0;) {
+    ssize_t size = 0;
+    for (int taken = 0; taken < most_packets && (size = socket.receive(bytes.data(), bytes.size(), from)) >= 0;
+         ++taken) {
       const double now_s = clock.now_s(), time_s = node.begun() ? node.time_s(now_s) : 0.0;
       const auto packet = NodePacket::decode({bytes.data(), static_cast<std::size_t>(size)}, key);
       if (!packet || wire.lost(time_s)) continue;

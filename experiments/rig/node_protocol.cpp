@@ -40,7 +40,7 @@ Tag tag_of(std::string_view bytes, const NodeKey* key) noexcept {
 }
 
 constexpr std::size_t most_key_bytes = 64;
-constexpr std::size_t word_size = 4, echo_size = 8, counters = 3;
+constexpr std::size_t word_size = 4, echo_size = 8, time_size = 8, counters = 3;
 constexpr std::size_t sample_head = echo_size + counters * word_size;
 
 }  // namespace
@@ -150,13 +150,15 @@ std::optional<NodeSample> NodeSample::of(const NodePacket& packet, std::size_t c
 void NodeCommand::put(NodePacket& packet, std::size_t continuous) const noexcept {
   packet.append(static_cast<std::int32_t>(switches));
   for (std::size_t i = 0; i < continuous; ++i) packet.append(to_microvolts(volts[i]));
+  packet.append(seen_us);
 }
 
 std::optional<NodeCommand> NodeCommand::of(const NodePacket& packet, std::size_t continuous) noexcept {
-  if (packet.length != (1 + continuous) * word_size) return std::nullopt;
+  if (packet.length != (1 + continuous) * word_size + time_size) return std::nullopt;
   NodeCommand command;
   command.switches = static_cast<std::uint32_t>(packet.word(0));
   for (std::size_t i = 0; i < continuous; ++i) command.volts[i] = from_microvolts(packet.word((1 + i) * word_size));
+  command.seen_us = packet.number((1 + continuous) * word_size);
   return command;
 }
 

@@ -33,7 +33,7 @@ NodeKey read_node_key(const std::string& path);
 ///     refuse    reason, text                    the node has none: another controller, another wire
 ///     open                                      begins the session offered: safe outputs, counters 0
 ///     request                                   asks for a sample
-///     command   switches, volts                 outputs until the next command; none for 20 ms: safe
+///     command   switches, volts, sample's time  outputs until the next command; none for 20 ms: safe
 ///     sample    echo, counters, volts           answers open and request
 ///     safe                                      safe outputs at once
 ///     close                                     safe outputs, and the session's end
@@ -83,6 +83,7 @@ struct NodeSample {
 struct NodeCommand {
   std::uint32_t switches = 0;
   ContinuousValues volts{};
+  std::uint64_t seen_us = 0;  ///< the node's time in the newest sample that the controller had: how old the command is
 
   void put(NodePacket& packet, std::size_t continuous) const noexcept;
   static std::optional<NodeCommand> of(const NodePacket& packet, std::size_t continuous) noexcept;
@@ -105,6 +106,8 @@ constexpr double from_microvolts(std::int32_t word) { return 1e-6 * word; }
 /// No valid newer command for so long: the node goes to its safe state, within 20 ms of the last one even if it looks
 /// only each half millisecond, half a millisecond late.
 inline constexpr double node_timeout_s = 0.019;
+/// A command whose controller has seen no sample for so long is none: it was held back.
+inline constexpr double node_command_age_s = 0.05;
 /// A session of which nothing was heard for so long gives way to another.
 inline constexpr double node_hold_s = 1.0;
 inline constexpr int node_port = 47811;

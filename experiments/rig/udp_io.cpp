@@ -60,7 +60,7 @@ void UdpIo::connect() {
 void UdpIo::open() {
   connect();
   refusal_.clear();
-  session_ = newest_echo_ = 0;
+  session_ = newest_echo_ = seen_us_ = 0;
   sequence_ = 0;
   timeouts_seen_ = 0;
   const double begun = clock_.now_s();
@@ -125,8 +125,9 @@ std::optional<NodePacket> UdpIo::receive() noexcept {
   }
 }
 
-void UdpIo::take(const NodeSample& sample) noexcept {
+void UdpIo::take(const NodeSample& sample, std::uint64_t node_time_us) noexcept {
   newest_echo_ = sample.echo;
+  seen_us_ = node_time_us;
   inputs_.volts = sample.volts;
   health_.asked = sample.asked;
   if (sample.timeouts == timeouts_seen_) return;
@@ -152,7 +153,7 @@ bool UdpIo::wait_for_sample(std::uint64_t sequence, double wait_s) noexcept {
       else if (packet->session != session_ || packet->type != NodePacket::Type::sample || !sample)
         ++health_.corrupt;
       else if (sample->echo > newest_echo_) {  // else a repetition, or overtaken
-        take(*sample);
+        take(*sample, packet->time_us);
         if (sample->echo == sequence)
           arrived = true;
         else
@@ -176,7 +177,7 @@ RigInputs UdpIo::read() noexcept {
 
 void UdpIo::write(const RigOutputs& outputs) noexcept {
   NodePacket packet(NodePacket::Type::command);
-  NodeCommand{outputs.switches, outputs.volts}.put(packet, wire_.continuous);
+  NodeCommand{outputs.switches, outputs.volts, seen_us_}.put(packet, wire_.continuous);
   if (!send(packet)) ++health_.write_errors;
 }
 

@@ -57,7 +57,7 @@ class UdpIo final : public RigIo {
   bool send(NodePacket& packet) noexcept;
   /// The next valid packet that has arrived.
   std::optional<NodePacket> receive() noexcept;
-  void take(const NodeSample& sample) noexcept;
+  void take(const NodeSample& sample, std::uint64_t node_time_us) noexcept;
   void wait(double until_s) noexcept;
   bool wait_for_sample(std::uint64_t sequence, double wait_s) noexcept;
 
@@ -66,7 +66,7 @@ class UdpIo final : public RigIo {
   MonotonicClock clock_;
   int socket_ = -1;
   std::atomic<std::uint64_t> sequence_ = 0;  // a crash handler counts too
-  std::uint64_t session_ = 0, newest_echo_ = 0;
+  std::uint64_t session_ = 0, newest_echo_ = 0, seen_us_ = 0;
   std::int32_t timeouts_seen_ = 0;
   std::string refusal_;
   RigInputs inputs_;

@@ -43,20 +43,21 @@ NodePacket some_command() {
   p.session = 0x0102030405060708;
   p.sequence = 0x1A2A3A4A5A6A7A8A;
   p.time_us = 0x1122334455667788;
-  NodeCommand{9, {-1.5}}.put(p, 1);
+  NodeCommand{9, {-1.5}, 0x0A0B0C0D0E0F0102}.put(p, 1);
   return p;
 }
 
 TEST(NodePacket, HasTheBytesOfTheDocument) {
   const std::string b = bytes_of(some_command());
-  ASSERT_EQ(b.size(), 32u + 8u + 16u);
+  ASSERT_EQ(b.size(), 32u + 16u + 16u);
   EXPECT_EQ(b.substr(0, 4), "SLN2");
-  EXPECT_EQ(b.substr(4, 4), std::string("\x06\0\x08\0", 4));  // command, no flags, 8 bytes
+  EXPECT_EQ(b.substr(4, 4), std::string("\x06\0\x10\0", 4));  // command, no flags, 16 bytes
   EXPECT_EQ(b.substr(8, 8), "\x08\x07\x06\x05\x04\x03\x02\x01");
   EXPECT_EQ(b.substr(16, 8), "\x8A\x7A\x6A\x5A\x4A\x3A\x2A\x1A");
   EXPECT_EQ(b.substr(24, 8), "\x88\x77\x66\x55\x44\x33\x22\x11");
   EXPECT_EQ(b.substr(32, 8), std::string("\x09\0\0\0\xA0\x1C\xE9\xFF", 8));
-  EXPECT_EQ(b.substr(44), std::string(12, '\0'));  // after the CRC
+  EXPECT_EQ(b.substr(40, 8), "\x02\x01\x0F\x0E\x0D\x0C\x0B\x0A");
+  EXPECT_EQ(b.substr(52), std::string(12, '\0'));  // after the CRC
 }
 
 /// The key and, of its 64 messages of bytes 0, 1, 2, ..., those of the SipHash authors' vectors for 128 bits
@@ -73,8 +74,8 @@ TEST(NodePacket, TagIsSipHash24Of128Bits) {
   EXPECT_EQ(hex(0), "a3817f04ba25a8e66df67214c7550293");
   EXPECT_EQ(hex(1), "da87c1d86b99af44347659119b22fc45");
   const std::string b = bytes_of(some_command(), &secret);
-  crypto_shorthash_siphashx24(tag.data(), reinterpret_cast<const unsigned char*>(b.data()), 40, secret.bytes.data());
-  EXPECT_EQ(b.substr(40), std::string(reinterpret_cast<const char*>(tag.data()), tag.size()));
+  crypto_shorthash_siphashx24(tag.data(), reinterpret_cast<const unsigned char*>(b.data()), 48, secret.bytes.data());
+  EXPECT_EQ(b.substr(48), std::string(reinterpret_cast<const char*>(tag.data()), tag.size()));
 }
 
 TEST(NodePacket, ComesBackWholeOrNotAtAll) {
@@ -142,7 +143,7 @@ struct NodeTest : testing::Test {
   std::string wire = wire_text(system_of(variant).description(), system_of(variant).modes(variant));
   EmulatedNode node{std::make_unique<FaultyPlant>(std::make_unique<Mirror>(), std::vector<InjectedFault>{}, variant, 1),
                     usual_calibration(variant), system_of(variant).modes(variant), wire};
-  std::uint64_t sequence = 100, session = 0;
+  std::uint64_t sequence = 100, session = 0, seen_us = 0;
 
   NodePacket packet(Type type) {
     NodePacket p(type);
@@ -152,7 +153,7 @@ struct NodeTest : testing::Test {
   }
   NodePacket command(std::uint32_t coils, double motor_v = 0.0) {
     NodePacket p = packet(Type::command);
-    NodeCommand{coils, {motor_v}}.put(p, 1);
+    NodeCommand{coils, {motor_v}, seen_us}.put(p, 1);
     return p;
   }
   NodePacket hello(std::uint64_t number) {
@@ -170,8 +171,13 @@ struct NodeTest : testing::Test {
     session = offer->session;
     const auto first = take(packet(Type::open), t, from);
     ASSERT_TRUE(first && first->type == Type::sample);
+    seen_us = first->time_us;
   }
-  NodeSample asked(double t) { return *NodeSample::of(*take(packet(Type::request), t), 3); }
+  NodeSample asked(double t) {
+    const auto sample = take(packet(Type::request), t);
+    seen_us = sample->time_us;
+    return *NodeSample::of(*sample, 3);
+  }
 };
 
 TEST_F(NodeTest, AnswersARequestWithItsEchoAndTheChannelsInMicrovolts) {
@@ -254,7 +260,7 @@ TEST_F(NodeTest, BelongsToWhoOpenedItUntilNothingIsHeard) {
     NodePacket forged = packet(type);
     forged.session = of_operator;
     forged.sequence = at + 100'000;
-    if (type == Type::command) NodeCommand{0b0101, {5.0}}.put(forged, 1);
+    if (type == Type::command) NodeCommand{0b0101, {5.0}, seen_us}.put(forged, 1);
     take(forged, 0.004, stranger);
     EXPECT_EQ(node.outputs().switches, 0b0001u);
   }
@@ -303,6 +309,69 @@ TEST_F(NodeTest, ARecordedSessionCannotBePlayedAgain) {
   EXPECT_EQ(node.log().sessions, 1);
 }
 
+TEST_F(NodeTest, CommandsThatWereHeldBackMoveNothing) {
+  open(0.0);
+  asked(0.001);
+  take(command(0b0001), 0.001);
+  const NodePacket before_the_timeout = command(0b0101);
+  node.tick(0.030);
+  ASSERT_EQ(node.log().timeouts, 1);
+  take(before_the_timeout, 0.031);  // newer than all that came, and 30 ms old
+  EXPECT_EQ(node.outputs(), Command{});
+  asked(0.032);
+  take(command(0b0010), 0.032);
+  EXPECT_EQ(node.outputs().switches, 0b0010u);
+  // Two dozen held for a quarter of a minute while the controller lived on, which it no longer does.
+  std::vector<NodePacket> held;
+  for (int k = 0; k < 24; ++k) held.push_back(command(0b1010));
+  double t = 15.0;
+  for (const NodePacket& p : held) {
+    take(p, t += 1e-3);
+    EXPECT_EQ(node.outputs(), Command{});
+  }
+  EXPECT_EQ(node.log().old_packets, 25);
+}
+
+TEST_F(NodeTest, ASteadyStreamOfOldCommandsIsNone) {
+  open(0.0);
+  double stopped = 0.0;
+  for (int k = 0; k < 300; ++k) {  // each is sent at once but for a sample from before 5 ms, then 1 ms later each time
+    const double now = 1e-3 * k;
+    if (k == 5) asked(now);
+    take(command(0b0001), now);
+    if (stopped == 0.0 && k > 5 && node.outputs().switches == 0) stopped = now;
+  }
+  EXPECT_NEAR(stopped, 0.005 + node_command_age_s + node_timeout_s, 2e-3);
+}
+
+TEST_F(NodeTest, ACommandThatIsLateEndsNoTimeoutThatNobodyLookedFor) {
+  open(0.0);
+  take(command(0b0001), 0.001);
+  take(command(0b0100), 0.026);  // no tick between: the node was kept from it
+  EXPECT_EQ(node.outputs(), Command{});
+  EXPECT_EQ(node.log().timeouts, 1);
+  EXPECT_EQ(asked(0.027).timeouts, 1);
+}
+
+TEST_F(NodeTest, AnswersAStrangerWithAtMostThreeTimesWhatItSent) {
+  for (std::size_t size = 0; size < 40; ++size) {
+    NodePacket p = packet(Type::hello);
+    p.append(std::string(size, 'x'));
+    const auto answer = take(p, 0.0, stranger);
+    ASSERT_TRUE(answer && answer->type == Type::refuse);
+    EXPECT_LE(bytes_of(*answer).size(), 3 * bytes_of(p).size());
+  }
+}
+
+TEST_F(NodeTest, StrangersDoNotFillTheListOfEvents) {
+  open(0.0);
+  take(command(0b0001), 0.001);
+  for (int k = 0; k < 3000; ++k) take(hello(12), 0.002, {0x7F000001, static_cast<std::uint16_t>(50001 + k % 2)});
+  node.tick(0.030);
+  EXPECT_EQ(node.log().events.back().what, "safe by timeout");
+  EXPECT_LT(node.log().events.size(), 200u);
+}
+
 TEST_F(NodeTest, ItsOwnPacketsSentBackMoveNothing) {
   open(0.0);
   NodePacket reflected = *take(packet(Type::request), 0.001);
@@ -332,11 +401,16 @@ TEST_F(NodeTest, ThePlantStaysWhereASessionLeftIt) {
   const auto begin = [&](double t, const NodePeer& from) {
     const auto offer = twin.take(hello(11), from, t);
     session = offer->session;
-    return NodeSample::of(*twin.take(packet(Type::open), from, t), 3)->volts;
+    const auto first = twin.take(packet(Type::open), from, t);
+    seen_us = first->time_us;
+    return NodeSample::of(*first, 3)->volts;
   };
   const double at_first = begin(0.0, operator_at)[0];
   double t = 0.0;
-  for (int k = 0; k < 600; ++k) twin.take(command(0b1001, 5.0), operator_at, t += 1e-3);
+  for (int k = 0; k < 600; ++k) {
+    seen_us = twin.take(packet(Type::request), operator_at, t += 1e-3)->time_us;
+    twin.take(command(0b1001, 5.0), operator_at, t);
+  }
   const double moved = NodeSample::of(*twin.take(packet(Type::request), operator_at, t), 3)->volts[0];
   ASSERT_GT(moved, at_first + 1.0);
   twin.take(packet(Type::close), operator_at, t);
