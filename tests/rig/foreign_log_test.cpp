@@ -209,6 +209,23 @@ TEST(ForeignMcap, WhatMcapForbidsIsRefusedWithItsByte) {
               HasSubstr("channel 1 a second time"));
 }
 
+TEST(ForeignMcap, EventsAndMetadataAreBounded) {
+  const std::string channels = mcap_channel(1, "tick", "json") + mcap_channel(2, "event", "json");
+  const auto event = [](std::size_t size) {
+    return mcap_message(2, 1000, R"({"time_s":0,"kind":")" + std::string(size, 'a') + "\"}");
+  };
+  EXPECT_THAT(complaint_about(mcap_file(channels + event(5000))),
+              AllOf(HasSubstr("event 0 (byte"), HasSubstr("5022 bytes (allowed: at most 4096)")));
+  std::string many;
+  for (int i = 0; i <= 100'000; ++i) many += event(1);
+  EXPECT_THAT(complaint_about(mcap_file(channels + whole_chunk("zstd", many))),
+              HasSubstr("event 100000 (byte 5400000 of the chunk"));
+  std::string metadata;
+  for (int i = 0; i < 5000; ++i) metadata += mcap_record(McapRecord::metadata, sized(fmt::format("{}", i)) + sized(""));
+  EXPECT_THAT(complaint_about(mcap_file(channels + metadata)),
+              HasSubstr("more metadata (allowed: at most 4096 records and entries)"));
+}
+
 TEST(ForeignMcap, AChangedFileIsTold) {
   const std::string data =
       std::string(mcap_magic) + whole_chunk("", mcap_channel(1, "tick", "json") + ticks_json(0, 10));

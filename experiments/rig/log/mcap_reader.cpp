@@ -137,13 +137,17 @@ class Parser {
     return true;
   }
   bool metadata(Reader& r, const Place& place) {
+    const auto count = [&] {
+      if (++metadata_ > mcap_bounds::metadata)
+        refuse(place, "more metadata", fmt::format("at most {} records and entries", mcap_bounds::metadata));
+    };
+    count();
     auto& values = out_.metadata[std::string(r.text())];
     Reader entries(r.text());
     while (!entries.empty()) {
+      count();
       const std::string key(entries.text());
       values[key] = std::string(entries.text());
-      if (++metadata_entries_ > mcap_bounds::metadata_entries)
-        refuse(place, "metadata of too many entries", fmt::format("at most {}", mcap_bounds::metadata_entries));
     }
     return r.cut() || entries.cut() ? stop("metadata with less than it says", place) : true;
   }
@@ -210,7 +214,7 @@ class Parser {
   McapContents& out_;
   std::map<std::uint16_t, std::string> schemas_;
   std::uint64_t chunk_bytes_ = 0;
-  std::size_t metadata_entries_ = 0;
+  std::size_t metadata_ = 0;
   bool ended_ = false;
 };
 

@@ -13,9 +13,9 @@ namespace mcap_bounds {
 inline constexpr std::size_t file_bytes = 2'000'000'000;
 inline constexpr std::uint64_t chunk_bytes = 128'000'000;  ///< of a chunk once decompressed
 /// Of all chunks together: so many, and this many times what the file has.
-inline constexpr std::uint64_t all_bytes = 256'000'000, expansion = 256;
+inline constexpr std::uint64_t all_bytes = 256'000'000, expansion = 64;
 inline constexpr std::size_t channels = 4096, schemas = 4096;
-inline constexpr std::size_t metadata_entries = 4096;
+inline constexpr std::size_t metadata = 4096;  ///< records and their entries
 }  // namespace mcap_bounds
 
 struct McapChannel {

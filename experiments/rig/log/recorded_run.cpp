@@ -20,8 +20,8 @@ namespace solenoid {
 namespace {
 
 constexpr double longest_gap_s = 3600.0;
-constexpr std::size_t longest_message = 65536;
-constexpr std::size_t most_ticks = 10'000'000;
+constexpr std::size_t longest_tick = 65536, longest_event = 4096;
+constexpr std::size_t most_ticks = 10'000'000, most_events = 100'000;
 constexpr const char* a_log = "allowed: a log of `solenoid run`";
 
 /// The system that a log is of; logs of versions that knew one alone do not say.
@@ -90,8 +90,11 @@ class RunReader {
       throw ConfigError(
           fmt::format("{}: {} (allowed: 'json', as `solenoid run` writes)", path_, message.channel.text()));
     try {
-      if (message.data.size() > longest_message)
-        throw ConfigError(fmt::format("{} bytes (allowed: at most {})", message.data.size(), longest_message));
+      const std::size_t longest = tick ? longest_tick : longest_event;
+      if (message.data.size() > longest)
+        throw ConfigError(fmt::format("{} bytes (allowed: at most {})", message.data.size(), longest));
+      if (tick ? run_.ticks.size() == most_ticks : run_.events.size() == most_events)
+        throw ConfigError(fmt::format("one more (allowed: {})", tick ? most_ticks : most_events));
       if (tick)
         take_tick(message, so_far);
       else
@@ -105,7 +108,6 @@ class RunReader {
  private:
   void take_tick(const McapMessage& message, const McapContents& so_far) {
     if (!format_) format_.emplace(logged_system(about_in(so_far), path_));
-    if (run_.ticks.size() == most_ticks) throw ConfigError(fmt::format("one more (allowed: {})", most_ticks));
     const TickRecord tick = format_->from_json(message.data);
     const double t = tick.sensors.time_s, before = run_.ticks.empty() ? t : run_.ticks.back().sensors.time_s;
     if (!run_.ticks.empty() && !(t > before && t - before <= longest_gap_s))
