@@ -75,6 +75,7 @@ class Candidates {
                       "begin with {} are held out)",
                       settings.campaign, training_.size(), held_out_.size(), held_out_prefix));
     check_settings();
+    check_ends();
     for (const CampaignRun& run : base_.runs) identity_ += run.hash;
     identity_ = fingerprint(identity_);
   }
@@ -130,6 +131,17 @@ class Candidates {
             fmt::format("--limit: '{}' is no effort of {} (allowed: {})", key, system().name, fmt::join(known, ", ")));
     if (settings_.aim == TuneAim::step && !has_step_metrics(system()))
       throw ConfigError(fmt::format("--objective: runs of {} have no step metrics (allowed: rmse)", system().name));
+  }
+
+  /// Each end of a range is a value that the variant may have: refused before the first run, not at some step.
+  void check_ends() const {
+    const std::vector<double> at = start();
+    for (std::size_t i = 0; i < at.size(); ++i)
+      for (const double end : {settings_.free[i].low, settings_.free[i].high}) {
+        std::vector<double> values = at;
+        values[i] = end;
+        training(values);
+      }
   }
 
   const toml::table& variant() const { return *base_.resolved->root()["variant"][settings_.variant].as_table(); }
