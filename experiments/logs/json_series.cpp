@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -18,47 +20,67 @@ constexpr double widest = 3.5;  // usual steps between two messages that a strai
 constexpr double longest_series_s = 1e5;
 constexpr std::size_t most_messages = 4'000'000;
 
+/// A source, and what was read of it.
+struct Wanted {
+  const ColumnSource& source;
+  ColumnSource::Scaled scaled;
+  const McapChannel* channel = nullptr;  ///< which has it; none yet
+  std::size_t message = 0;               ///< in which it was last
+  LoggedSeries series{};
+
+  bool is(std::string_view prefix, std::string_view field) const {
+    return scaled.heading.size() == prefix.size() + field.size() && scaled.heading.starts_with(prefix) &&
+           scaled.heading.ends_with(field);
+  }
+};
+
 class SeriesReader {
  public:
-  SeriesReader(const std::string& path, const std::vector<ColumnSource>& sources)
-      : path_(path), series_(sources.size()) {
+  SeriesReader(const std::string& path, const std::vector<ColumnSource>& sources) : path_(path) {
     wanted_.reserve(sources.size());
-    for (const ColumnSource& source : sources) wanted_.push_back(source.scaled());
+    for (const ColumnSource& source : sources) wanted_.push_back({source, source.scaled()});
   }
 
-  void take(const McapMessage& message) {
+  void take(const McapMessage& message, const McapContents& so_far) {
     const std::string prefix = message.channel.topic + ".";
-    if (std::ranges::none_of(wanted_, [&](const auto& w) { return w.heading.starts_with(prefix); })) return;
+    if (std::ranges::none_of(wanted_, [&](const Wanted& w) { return w.scaled.heading.starts_with(prefix); })) return;
     if (message.channel.encoding != "json")
       throw ConfigError(fmt::format("{}: {} (allowed: 'json')", path_, message.channel.text()));
-    if (first_ns_ == 0) first_ns_ = message.time_ns;
-    const double t = 1e-9 * static_cast<double>(static_cast<std::int64_t>(message.time_ns - first_ns_));
+    ++messages_;
+    if (!first_ns_) first_ns_ = message.time_ns;
+    const double t = 1e-9 * static_cast<double>(static_cast<std::int64_t>(message.time_ns - *first_ns_));
     const auto problem = read_json_numbers(message.data, [&](const std::string& field, double value) {
-      for (std::size_t i = 0; i < wanted_.size(); ++i)
-        if (wanted_[i].heading.size() == prefix.size() + field.size() && wanted_[i].heading.ends_with(field) &&
-            wanted_[i].heading.starts_with(prefix))
-          add(message, i, t, wanted_[i].factor * value + wanted_[i].offset);
+      for (Wanted& w : wanted_) {
+        if (!w.is(prefix, field)) continue;
+        if (w.channel && w.channel != &message.channel) refuse_either(w, message.channel, so_far);
+        w.channel = &message.channel;
+        add(message, w, t, w.scaled.factor * value + w.scaled.offset);
+      }
     });
     if (problem) refuse(message, *problem, "a JSON object");
   }
 
-  std::vector<LoggedSeries> finished(const McapContents& contents) {
-    for (std::size_t i = 0; i < series_.size(); ++i) {
-      if (series_[i].size() < 2) refuse_missing(wanted_[i].heading, contents);
+  JsonSeries finished(const McapContents& contents) {
+    JsonSeries out{{}, contents.problem};
+    out.series.reserve(wanted_.size());
+    for (Wanted& w : wanted_) {
+      if (w.series.size() < 2) refuse_missing(w.scaled.heading, contents);
       std::vector<double> steps;
-      steps.reserve(series_[i].size());
-      for (std::size_t k = 1; k < series_[i].size(); ++k)
-        steps.push_back(series_[i].time_s[k] - series_[i].time_s[k - 1]);
+      steps.reserve(w.series.size());
+      for (std::size_t k = 1; k < w.series.size(); ++k) steps.push_back(w.series.time_s[k] - w.series.time_s[k - 1]);
       std::ranges::nth_element(steps, steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2));
-      series_[i].step_s = steps[steps.size() / 2];
+      w.series.step_s = steps[steps.size() / 2];
+      out.series.push_back(std::move(w.series));
     }
-    return std::move(series_);
+    return out;
   }
 
  private:
-  void add(const McapMessage& message, std::size_t i, double t, double value) {
-    LoggedSeries& s = series_[i];
-    if (!std::isfinite(value)) refuse(message, wanted_[i].heading + " is no number", "a number");
+  void add(const McapMessage& message, Wanted& w, double t, double value) {
+    LoggedSeries& s = w.series;
+    if (!std::isfinite(value)) refuse(message, shown(w.scaled.heading) + " is no number", "a number");
+    if (w.message == messages_) refuse(message, shown(w.scaled.heading) + " twice", "once a message");
+    w.message = messages_;
     if (!(std::abs(t) <= longest_series_s) || (s.size() > 0 && !(t > s.time_s.back())))
       refuse(message, fmt::format("logged at {} s", t), "times that increase, 100000 s in all");
     if (s.size() == most_messages) refuse(message, "one message more", fmt::format("{}", most_messages));
@@ -69,19 +91,31 @@ class SeriesReader {
     throw ConfigError(fmt::format("{}: a message of {} ({}): {} (allowed: {})", path_, shown(message.channel.topic),
                                   message.where(), what, allowed));
   }
+  /// Two publishers of a topic are two channels; "/a.b.c" is field "b.c" of "/a" and field "c" of "/a.b".
+  [[noreturn]] void refuse_either(const Wanted& w, const McapChannel& other, const McapContents& contents) const {
+    const auto meaning = [&](const McapChannel& channel) {
+      const auto at = std::ranges::find_if(contents.channels, [&](const auto& c) { return &c.second == &channel; });
+      return fmt::format("{} of {}, channel {}", shown(w.scaled.heading.substr(channel.topic.size() + 1)),
+                         shown(channel.topic), at->first);
+    };
+    throw ConfigError(fmt::format("{}: --column {}: could mean {}, or {} (allowed: TOPIC.FIELD of one channel alone)",
+                                  path_, shown(w.source.name + "=" + w.source.text), meaning(*w.channel),
+                                  meaning(other)));
+  }
   [[noreturn]] void refuse_missing(const std::string& heading, const McapContents& contents) const {
     std::string topics;
     std::size_t told = 0;
     for (const auto& [id, channel] : contents.channels)
       if (++told <= 8) topics += (topics.empty() ? "" : ", ") + shown(channel.topic);
-    throw ConfigError(fmt::format("{}: fewer than two messages with {} (allowed: TOPIC.FIELD, with a topic of {})",
-                                  path_, shown(heading), topics.empty() ? "none" : topics));
+    throw ConfigError(fmt::format("{}: fewer than two messages with {}{} (allowed: TOPIC.FIELD, with a topic of {})",
+                                  path_, shown(heading), contents.problem.empty() ? "" : ", " + contents.problem,
+                                  topics.empty() ? "none" : topics));
   }
 
   const std::string& path_;
-  std::vector<ColumnSource::Scaled> wanted_;
-  std::vector<LoggedSeries> series_;
-  std::uint64_t first_ns_ = 0;
+  std::vector<Wanted> wanted_;
+  std::optional<std::uint64_t> first_ns_;
+  std::size_t messages_ = 0;
 };
 
 }  // namespace
@@ -100,11 +134,10 @@ double LoggedSeries::straight(double t) const {
   return value[after - 1] + share * (value[after] - value[after - 1]);
 }
 
-std::vector<LoggedSeries> read_json_series(std::string_view bytes, const std::string& path,
-                                           const std::vector<ColumnSource>& sources) {
+JsonSeries read_json_series(std::string_view bytes, const std::string& path, const std::vector<ColumnSource>& sources) {
   SeriesReader reader(path, sources);
-  const McapContents contents =
-      read_mcap(bytes, path, [&](const McapMessage& message, const McapContents&) { reader.take(message); });
+  const McapContents contents = read_mcap(
+      bytes, path, [&](const McapMessage& message, const McapContents& so_far) { reader.take(message, so_far); });
   return reader.finished(contents);
 }
 

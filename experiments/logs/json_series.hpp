@@ -21,10 +21,16 @@ struct LoggedSeries {
   double step_s = 0;
 };
 
+/// What an MCAP's JSON channels have, in the order of the sources.
+struct JsonSeries {
+  std::vector<LoggedSeries> series;
+  std::string problem;  ///< why the file is not complete or was changed; empty for one that was closed
+};
+
 /// Reads numbers of JSON channels of an MCAP file, whoever wrote it: each source is TOPIC.FIELD with factor and offset, a
 /// field in an object below has a dotted path, an element of a list its place from 0. Times are those at which the
-/// messages were logged, from the first on. Throws ConfigError, naming the file and the topic or the byte.
-std::vector<LoggedSeries> read_json_series(std::string_view bytes, const std::string& path,
-                                           const std::vector<ColumnSource>& sources);
+/// messages were logged, from the first on. Throws ConfigError, naming the file and the topic or the byte; so too for a
+/// source that two channels have, or two fields.
+JsonSeries read_json_series(std::string_view bytes, const std::string& path, const std::vector<ColumnSource>& sources);
 
 }  // namespace solenoid

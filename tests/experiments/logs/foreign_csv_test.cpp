@@ -213,6 +213,88 @@ TEST(ForeignCsv, BothSidesOfAGapKeepTheirNumbersAndNothingIsPutBetween) {
   EXPECT_THAT(log.records[1].motor_n, testing::Each(2.0));
 }
 
+/// A slide at 50 mm/s whose coils are switched each 41 rows, at these steps one after the other.
+LogSamples samples_at(const std::function<double(std::size_t row)>& step_s, std::size_t rows) {
+  LogSamples s;
+  double t = 0.5;
+  for (std::size_t k = 0; k < rows; t += step_s(k++)) {
+    const auto pattern = static_cast<SwitchPattern>(k / 41 % 2);
+    s.add(t, 0.01 + 0.05 * (t - 0.5), 1.5e5, 1.4e5, 1.0 * pattern, pattern);
+    s.labels.push_back(fmt::format("held#{}", k / 41));
+  }
+  return s;
+}
+
+TEST(ForeignCsv, StepsThatChangeAreBroughtToEvenOnesAndTold) {
+  for (const double first : {1.2e-3, 1.02e-3}) {
+    const double second = 2e-3 - first;
+    const LogSamples s = samples_at([&](std::size_t k) { return k < 600 ? first : second; }, 1201);
+    const LogRecords log = even_records(s, "x", {});
+    ASSERT_EQ(log.records.size(), 1u);
+    EXPECT_THAT(log.told, ElementsAre(HasSubstr("steps vary: brought to even ones of 1 ms")));
+    const Record& r = log.records[0];
+    EXPECT_DOUBLE_EQ(r.period_s, 1e-3);
+    for (std::size_t k = 0; k < r.size(); ++k)
+      ASSERT_NEAR(r.position_m[k], 0.01 + 0.05 * 1e-3 * static_cast<double>(k), 1e-6) << k;
+    EXPECT_EQ(r.filled, 0u);
+  }
+}
+
+TEST(ForeignCsv, CommandsOfStepsThatChangeBeginAsOftenEarlyAsLateWithTheirLabels) {
+  const LogSamples s = samples_at([](std::size_t k) { return k < 600 ? 1.2e-3 : 0.8e-3; }, 1201);
+  const Record r = even_records(s, "x", {}).records.at(0);
+  ASSERT_EQ(r.spans.size(), 1201u / 41 + 1);
+  double sum = 0;
+  for (std::size_t i = 0; i < r.spans.size(); ++i) {
+    const Span& span = r.spans[i];
+    EXPECT_EQ(span.label, "held");
+    const double begun = s.time[41 * i] - s.time[0], late = r.period_s * static_cast<double>(span.first) - begun;
+    EXPECT_LE(std::abs(late), 0.501 * r.period_s) << i;
+    sum += late;
+    for (std::size_t k = span.first; k < span.last; ++k) {
+      EXPECT_EQ(r.coils[k], i % 2) << k;
+      EXPECT_EQ(r.motor_n[k], 1.0 * r.coils[k]) << k;
+    }
+  }
+  EXPECT_LT(std::abs(sum) / static_cast<double>(r.spans.size()), 0.2 * r.period_s);
+}
+
+TEST(ForeignCsv, AClocksJitterChangesNothing) {
+  const LogSamples s = samples_at([](std::size_t k) { return k % 2 == 0 ? 1.2e-3 : 0.8e-3; }, 1001);
+  const LogRecords log = even_records(s, "x", {});
+  EXPECT_THAT(log.told, IsEmpty());
+  EXPECT_DOUBLE_EQ(log.records.at(0).period_s, 1e-3);
+  EXPECT_EQ(log.records.at(0).position_m, s.position);
+  EXPECT_EQ(log.records.at(0).coils, s.coils);
+  const LogSamples wide = samples_at([](std::size_t k) { return k % 2 == 0 ? 1.4e-3 : 0.6e-3; }, 1001);
+  EXPECT_THAT(even_records(wide, "x", {}).told, ElementsAre(HasSubstr("steps vary")));
+}
+
+TEST(ForeignCsv, WhatNoActuatorHasIsRefusedWithItsLine) {
+  const auto with = [](const std::string& column) {
+    LogSettings settings;
+    settings.columns = {column};
+    return csv_complaint(csv_of({}), settings);
+  };
+  EXPECT_THAT(with("position_m=position_m*1000"),
+              HasSubstr("x.csv:2: position_m 50 m (allowed: -0.254 to 0.254 m; in another unit: --column position_m="));
+  EXPECT_THAT(with("position_m=position_m*-1000"), HasSubstr("position_m -50 m"));
+  EXPECT_THAT(with("position_m=position_m*1e308+1e308"), HasSubstr("position_m 1.05e+308 m"));
+  EXPECT_THAT(with("pressure_a_pa=pressure_a_pa*1e308"), HasSubstr("pressure_a_pa inf Pa (allowed: 0 to"));
+  EXPECT_THAT(with("pressure_b_pa=pressure_b_pa*1000"), HasSubstr("pressure_b_pa 1.4e+08 Pa"));
+  EXPECT_THAT(with("pressure_b_pa=pressure_b_pa-141000"), HasSubstr("of gauge pressure: --column pressure_b_pa="));
+  EXPECT_THAT(with("motor_n=motor_n*1000"), HasSubstr("motor_n 1500 N (allowed: -40 to 40 N"));
+  EXPECT_EQ(with("motor_n=motor_n*-2"), "accepted");
+  const std::string text = csv_of({}) + "0.390625,1e300,150000,150000,0,0\n";
+  EXPECT_THAT(csv_complaint(text), HasSubstr("x.csv:402: position_m 1e+300 m"));
+}
+
+TEST(ForeignCsv, APositionThatNeverChangesIsTold) {
+  LogSettings settings;
+  settings.columns = {"position_m=position_m*0+0.05"};
+  EXPECT_THAT(read({}, settings).told, ElementsAre(HasSubstr("position_m is 0.05 in every sample")));
+}
+
 TEST(ForeignCsv, TimesThatDoNotIncreaseAreRefusedOrSaidAgain) {
   const std::string text = csv_of({});
   std::vector<std::string> lines;

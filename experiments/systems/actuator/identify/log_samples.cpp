@@ -11,8 +11,10 @@ namespace solenoid {
 namespace {
 
 constexpr std::size_t fewest = 200;
-constexpr double widest_bridge = 3.5;      // periods between two samples that a straight line may bridge
-constexpr double late = 1.5;               // periods between two samples of which one is missing, or late
+constexpr double widest_bridge = 3.5;  // periods between two samples that a straight line may bridge
+constexpr double late = 1.5;           // periods between two samples of which one is missing, or late
+constexpr double early = 0.6;          // periods between two samples of which the first is late, or the second early
+constexpr double jitter = 0.25;        // periods from a sample to its place among even ones that change nothing
 constexpr std::size_t most_told_gaps = 3;  // one by one
 
 /// Samples [first, last) without a gap.
@@ -30,7 +32,7 @@ double usual_step(const LogSamples& s, const std::string& path) {
   double sum = 0;
   std::size_t count = 0;
   for (const double step : steps)
-    if (step > median / late && step < median * late) {
+    if (step > early * median && step < late * median) {
       sum += step;
       ++count;
     }
@@ -51,32 +53,52 @@ std::vector<Part> parts_between_gaps(const LogSamples& s, double period) {
   return parts;
 }
 
-void add_spans(const LogSamples& s, const Part& part, Record& record) {
-  for (std::size_t i = part.first; i < std::min(part.last, s.labels.size()); ++i)
-    if (i == part.first || s.labels[i] != s.labels[i - 1])
-      record.spans.push_back({s.labels[i].substr(0, s.labels[i].find('#')), i - part.first, i - part.first + 1});
-    else
-      record.spans.back().last = i - part.first + 1;
+/// Whether each sample is at its place among even ones.
+bool is_even(const LogSamples& s, const Part& part, double period) {
+  for (std::size_t i = part.first; i < part.last; ++i) {
+    const double place = s.time[part.first] + static_cast<double>(i - part.first) * period;
+    if (std::abs(s.time[i] - place) > jitter * period) return false;
+  }
+  return true;
+}
+
+/// Whether samples are between the places of even ones: not where some are just missing.
+bool between_places(const LogSamples& s, const Part& part, double period) {
+  for (std::size_t i = part.first; i < part.last; ++i) {
+    const double steps = (s.time[i] - s.time[part.first]) / period;
+    if (std::abs(steps - std::round(steps)) > jitter) return true;
+  }
+  return false;
+}
+
+/// The last sample up to `t`, not before `from`.
+std::size_t last_until(double t, const LogSamples& s, const Part& part, std::size_t from) {
+  while (from + 1 < part.last && s.time[from + 1] <= t) ++from;
+  return from;
+}
+
+/// Row k of the record is commanded as sample `now` says, the one before as `before` says.
+void add_label(const LogSamples& s, std::size_t before, std::size_t now, std::size_t k, Record& record) {
+  if (now >= s.labels.size()) return;
+  if (k == 0 || s.labels[now] != s.labels[before])
+    record.spans.push_back({s.labels[now].substr(0, s.labels[now].find('#')), k, k + 1});
+  else
+    record.spans.back().last = k + 1;
 }
 
 Record even_record(const LogSamples& s, const Part& part, double period, const Record& about) {
   Record record = about;
   record.period_s = period;
-  const std::size_t count = part.last - part.first;
   const double from = s.time[part.first];
+  const bool even = is_even(s, part, period);
   const auto n = static_cast<std::size_t>(std::llround((s.time[part.last - 1] - from) / period)) + 1;
-  bool even = n == count;
-  for (std::size_t i = part.first + 1; i < part.last && even; ++i) even = s.time[i] - s.time[i - 1] < late * period;
   for (auto* column : {&record.position_m, &record.pressure_a_pa, &record.pressure_b_pa, &record.motor_n})
     column->reserve(n);
   record.coils.reserve(n);
-  std::size_t i = part.first;
+  std::size_t i = part.first, commanded = part.first;
   for (std::size_t k = 0; k < n; ++k) {
     const double t = from + static_cast<double>(k) * period;
-    if (even)
-      i = part.first + k;
-    else
-      while (i + 1 < part.last && s.time[i + 1] <= t + 1e-9) ++i;
+    i = even ? part.first + k : last_until(t + 1e-9, s, part, i);
     const std::size_t next = std::min(i + 1, part.last - 1);
     const double gap = s.time[next] - s.time[i];
     const double share = even || gap <= 0 ? 0.0 : std::clamp((t - s.time[i]) / gap, 0.0, 1.0);
@@ -84,11 +106,14 @@ Record even_record(const LogSamples& s, const Part& part, double period, const R
     record.position_m.push_back(line(s.position));
     record.pressure_a_pa.push_back(line(s.a));
     record.pressure_b_pa.push_back(line(s.b));
-    record.motor_n.push_back(s.motor[i]);
-    record.coils.push_back(s.coils[i]);
     if (gap > late * period && share > 0.01) ++record.filled;
+    // A command begins at the row nearest to it: as often early as late.
+    const std::size_t before = commanded;
+    commanded = even ? i : last_until(t + period / 2, s, part, commanded);
+    record.motor_n.push_back(s.motor[commanded]);
+    record.coils.push_back(s.coils[commanded]);
+    add_label(s, before, commanded, k, record);
   }
-  if (even) add_spans(s, part, record);
   return record;
 }
 
@@ -112,6 +137,7 @@ LogRecords even_records(const LogSamples& s, const std::string& path, const Reco
   LogRecords out;
   out.records.reserve(parts.size());
   std::size_t left_out = 0;
+  bool uneven = false;
   for (std::size_t p = 0; p < parts.size(); ++p) {
     const Part& part = parts[p];
     if (p > 0 && p <= most_told_gaps)
@@ -121,6 +147,7 @@ LogRecords even_records(const LogSamples& s, const std::string& path, const Reco
       left_out += part.last - part.first;
       continue;
     }
+    uneven = uneven || between_places(s, part, period);
     out.records.push_back(even_record(s, part, period, about));
     out.records.back().part = static_cast<int>(out.records.size());
   }
@@ -129,6 +156,9 @@ LogRecords even_records(const LogSamples& s, const std::string& path, const Reco
   if (out.records.empty())
     throw ConfigError(fmt::format("{}: {} gaps, and nowhere {} samples without one (allowed: at least {})", path,
                                   parts.size() - 1, fewest, fewest));
+  if (uneven)
+    out.told.push_back(fmt::format(
+        "steps vary: brought to even ones of {:.4g} ms, measurements in straight lines, commands held", 1e3 * period));
   if (left_out > 0) out.told.push_back(fmt::format("{} samples between gaps left out: too few together", left_out));
   return out;
 }

@@ -25,7 +25,8 @@ struct LogRecords {
 };
 
 /// Brings a log to even periods, the commonest step of its times: measurements in straight lines between samples, commands
-/// held. Already even times pass untouched, with their labels.
+/// held, from the even time nearest to theirs on. Samples within a quarter of a period of their even times pass untouched;
+/// others are told.
 ///
 /// Where more than two samples in a row are missing nobody knows what was commanded and measured: the log is divided
 /// there, and no estimator differentiates, filters or predicts across. Parts of fewer than 200 samples are left out. Both

@@ -10,6 +10,7 @@
 #include "experiments/logs/json_series.hpp"
 #include "experiments/rig/log/mcap_writer.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
+#include "experiments/systems/actuator/identify/log_bounds.hpp"
 
 #include <algorithm>
 #include <array>
@@ -81,6 +82,8 @@ LogRecords records_of(const LogSamples& samples, const std::string& path, const 
   LogRecords out = even_records(samples, path, about);
   require_absolute(samples.a, "pressure_a_pa", path);
   require_absolute(samples.b, "pressure_b_pa", path);
+  const auto [least, most] = std::ranges::minmax(samples.position);
+  if (least == most) out.told.push_back(fmt::format("position_m is {:.6g} in every sample: is it measured?", least));
   return out;
 }
 
@@ -102,6 +105,7 @@ class CsvLog {
     CsvRows rows(layout_.rows, path_, layout_.delimiter, layout_.heading_line + 1);
     while (rows.next()) read_row(rows);
     LogRecords out = records_of(samples_, path_, about_);
+    if (implausible_) throw ConfigError(*implausible_);
     if (repeated_ > 0)
       told_.push_back(fmt::format("left out what says again what the row before does: {} rows", repeated_));
     out.told.insert(out.told.begin(), told_.begin(), told_.end());
@@ -212,8 +216,15 @@ class CsvLog {
                             longest_log_s));
     if (samples_.size() == most_samples) rows.fail(fmt::format("one sample more (allowed: {})", most_samples));
     last_ = raw;
+    if (!implausible_) implausible_ = implausible_in(rows, ours);
     samples_.add(t, ours[position_number], ours[a_number], ours[b_number], ours[motor_number],
                  static_cast<SwitchPattern>(coils));
+  }
+  std::optional<std::string> implausible_in(const CsvRows& rows, const std::array<double, number_count>& ours) const {
+    for (std::size_t i = 0; i < number_count; ++i)
+      if (const auto why = implausible(wanted_numbers()[i].name, ours[i]))
+        return fmt::format("{}:{}: {}", path_, rows.line(), *why);
+    return std::nullopt;
   }
   /// Whether times are counted from the log's first, being far from it.
   bool first_is_zero() const { return std::abs(columns_[time_number].factor * first_time_) > longest_log_s; }
@@ -226,6 +237,7 @@ class CsvLog {
   double patterns_ = 0, first_time_ = 0;
   std::array<double, number_count> last_{};
   std::size_t repeated_ = 0;
+  std::optional<std::string> implausible_;  // the first of these; told once the log is known to be one
   std::vector<std::string> told_;
   LogSamples samples_;
   Record about_;
@@ -257,6 +269,12 @@ LogRecords records_from_run(const std::string& path, const LogSettings& settings
   return out;
 }
 
+void require_plausible(const LoggedSeries& series, const ColumnSource& source, const std::string& path) {
+  for (std::size_t k = 0; k < series.size(); ++k)
+    if (const auto why = implausible(source.name, series.value[k]))
+      throw ConfigError(fmt::format("{}: {} at {:.6g} s: {}", path, shown(source.text), series.time_s[k], *why));
+}
+
 /// Numbers of JSON channels, brought to the times of the position's messages: pressures in straight lines between theirs,
 /// motor and coils held, as they were commanded.
 LogRecords records_from_channels(std::string_view bytes, const std::string& path, const LogSettings& settings) {
@@ -274,8 +292,9 @@ LogRecords records_from_channels(std::string_view bytes, const std::string& path
                                     path, number.name, number.name));
     sources.push_back(*source);
   }
-  const std::vector<LoggedSeries> series = read_json_series(bytes, path, sources);
-  const auto of = [&](Number number) -> const LoggedSeries& { return series[number - 1]; };  // time has none
+  const JsonSeries read = read_json_series(bytes, path, sources);
+  for (std::size_t i = 0; i < sources.size(); ++i) require_plausible(read.series[i], sources[i], path);
+  const auto of = [&](Number number) -> const LoggedSeries& { return read.series[number - 1]; };  // time has none
   const double patterns = patterns_of(settings.valves);
   LogSamples samples;
   for (std::size_t i = 0; i < of(position_number).size(); ++i) {
@@ -293,7 +312,9 @@ LogRecords records_from_channels(std::string_view bytes, const std::string& path
   Record about;
   about.valves = settings.valves;
   about.plane = settings.plane;
-  return records_of(samples, path, about);
+  LogRecords out = records_of(samples, path, about);
+  if (!read.problem.empty()) out.told.insert(out.told.begin(), read.problem);
+  return out;
 }
 
 }  // namespace
