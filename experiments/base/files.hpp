@@ -17,6 +17,9 @@ class OutputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Throws OutputError for a pipe, a device or a socket, on which a writer would wait, or do something else than write.
+void require_no_device(const std::string& path);
+
 /// Replaces a file whole or not at all: writes a temporary neighbour, syncs and renames it. Throws OutputError.
 void write_file_atomically(const std::string& path, std::string_view text);
 

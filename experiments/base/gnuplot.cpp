@@ -77,14 +77,14 @@ void draw_with_gnuplot(const std::map<std::string, std::string>& files, const st
 }
 
 std::string gnuplot_quoted(const std::string& text) {
-  std::string quoted = "'";
+  std::string quoted = "\"";
   for (const char c : text) {
-    if (c == '\'')
-      quoted += "''";
+    if (c == '"' || c == '\\' || c == '@' || c == '`')
+      quoted += fmt::format("\\{:03o}", static_cast<unsigned>(c));
     else
-      quoted += static_cast<unsigned char>(c) < 0x20 || c == '`' || c == 0x7f ? ' ' : c;
+      quoted += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
   }
-  return quoted + "'";
+  return quoted + "\"";
 }
 
 }  // namespace solenoid

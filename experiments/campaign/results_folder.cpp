@@ -59,6 +59,7 @@ void write_inputs(const std::vector<InputFile>& inputs, const std::string& folde
 ResultsFolder::ResultsFolder(const std::string& path, const Campaign& campaign, int jobs)
     : path_(path), campaign_(campaign), jobs_(jobs), started_(timestamp()) {
   create_folder(file("runs"));
+  for (const char* name : {".lock", ".room", "log.txt"}) require_no_device(file(name));
   lock();
   keep_room();
   write_manifest("running", {});
@@ -124,7 +125,7 @@ std::optional<RunRecord> ResultsFolder::finished_before(const CampaignRun& run) 
   try {
     const auto kept = read_run_file(file("runs/" + run.id + ".json"));
     if (!kept || kept->configuration != run.hash || kept->record.failed()) return std::nullopt;
-    require_checksum(*kept, file("runs/" + run.id + ".json"));
+    require_checksums(*kept, file("runs/" + run.id + ".json"));
     require_trace(*kept, file("runs/" + run.id + ".trace"));
     return kept->record;
   } catch (const ConfigError& error) {
@@ -135,7 +136,10 @@ std::optional<RunRecord> ResultsFolder::finished_before(const CampaignRun& run) 
 }
 
 void ResultsFolder::add(const CampaignRun& run, const RunRecord& record, std::string_view trace) {
-  if (!trace.empty()) write("runs/" + run.id + ".trace", trace);
+  if (trace.empty())
+    ::unlink(file("runs/" + run.id + ".trace").c_str());  // of an earlier run
+  else
+    write("runs/" + run.id + ".trace", trace);
   write("runs/" + run.id + ".json", run_file_text(run.hash, record, trace));
   log(fmt::format("{}: {}", run.id, record.status));
 }

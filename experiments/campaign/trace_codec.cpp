@@ -8,6 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <zlib.h>
 
@@ -20,6 +21,9 @@ constexpr std::string_view magic = "SLT2", magic_before = "SLT1";
 constexpr std::int64_t no_number = std::int64_t{1} << 46;  // with its differences, exact as a double
 constexpr std::size_t most_header = 1'000'000;             // what a file may make of itself in memory
 constexpr std::size_t most_body = 128'000'000, most_numbers = 32'000'000;
+constexpr std::size_t most_panels = 100;             // of a figure's height
+constexpr std::int64_t most_solves = 1'000'000'000;  // of a bin: sums over many runs stay exact
+constexpr double largest_factor = 1e12;
 constexpr double largest = static_cast<double>(no_number) / 2;
 
 std::int64_t steps_of(double value, double resolution) {
@@ -207,6 +211,33 @@ void require_signals(const Trace& trace) {
           curve.signal);
 }
 
+void require_between(const char* what, double value, double low, double high) {
+  if (!(value >= low && value <= high))
+    throw std::invalid_argument(fmt::format("a trace's {} of {:g} is not from {:g} to {:g}", what, value, low, high));
+}
+
+void require_resolution(double resolution) { require_between("resolution", resolution, 1e-15, largest_factor); }
+
+void require_panel(const TraceLayout::Panel& panel, const Trace& trace) {
+  require_between("scale", panel.scale, -largest_factor, largest_factor);
+  require_between("limit", panel.limit, 0.0, largest_factor);
+  if (panel.curves.empty()) throw std::invalid_argument("a trace's panel has no curve");
+  if (panel.modes && trace.modes.empty()) throw std::invalid_argument("a trace's panel of modes has no modes");
+}
+
+/// Whoever draws multiplies all of these, and the products must be numbers.
+void require_drawable(const Trace& trace) {
+  require_between("tick_s", trace.tick_s, 1e-9, 3600.0);
+  for (const Trace::Signal& signal : trace.signals) require_resolution(signal.resolution);
+  for (const TraceLayout::Derived& derived : trace.derived) {
+    require_resolution(derived.resolution);
+    require_between("constant", derived.constant, -largest_factor, largest_factor);
+    for (const auto& [name, factor] : derived.terms) require_between("factor", factor, -largest_factor, largest_factor);
+  }
+  if (trace.panels.size() > most_panels) throw std::invalid_argument("a trace has too many panels");
+  for (const TraceLayout::Panel& panel : trace.panels) require_panel(panel, trace);
+}
+
 SolveHistogram solves_of(const Json& json) {
   SolveHistogram solves;
   json.at("first").get_to(solves.first);
@@ -215,14 +246,16 @@ SolveHistogram solves_of(const Json& json) {
   if (solves.first < SolveHistogram::least || solves.first > SolveHistogram::most ||
       solves.counts.size() > bins - static_cast<std::size_t>(solves.first - SolveHistogram::least))
     throw std::invalid_argument("a trace's solver times are outside of its bins");
+  for (const std::int64_t count : solves.counts)
+    if (count < 0 || count > most_solves) throw std::invalid_argument("a trace's solves are too many, or below 0");
   return solves;
 }
 
 /// Whoever draws divides time into spans.
 void require_in_order(const std::vector<std::int64_t>& ticks) {
   for (std::size_t i = 0; i < ticks.size(); ++i)
-    if (ticks[i] < -no_number || ticks[i] > no_number || (i > 0 && ticks[i] < ticks[i - 1]))
-      throw std::invalid_argument("a trace's ticks go back");
+    if (ticks[i] < 0 || ticks[i] > no_number || (i > 0 && ticks[i] < ticks[i - 1]))
+      throw std::invalid_argument("a trace's ticks go back, or begin before 0");
 }
 
 /// Bytes of all columns, once header and bounds agree.
@@ -244,7 +277,6 @@ Trace trace_of(const Json& header, std::string_view body, ReadLayout read_layout
   Trace trace;
   const auto samples = header.at("samples").get<std::size_t>();
   header.at("tick_s").get_to(trace.tick_s);
-  if (!(trace.tick_s > 0)) throw std::invalid_argument("a trace's tick_s is not above 0");
   header.at("modes").get_to(trace.modes);
   header.at("measured").get_to(trace.measured);
   trace.solves = solves_of(header.at("solves"));
@@ -267,6 +299,7 @@ Trace trace_of(const Json& header, std::string_view body, ReadLayout read_layout
   }
   require_in_order(trace.ticks);
   require_signals(trace);
+  require_drawable(trace);
   return trace;
 }
 

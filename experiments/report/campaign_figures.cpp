@@ -13,11 +13,11 @@
 namespace solenoid {
 namespace {
 
-void draw_run(const Results& results, const StoredRun& run, const std::string& path, FigureFormat format) {
+void draw_run(Results& results, const StoredRun& run, const std::string& path, FigureFormat format) {
   const VariantConfig* variant = results.variant(run.record.variant);
   const ScenarioConfig* scenario = results.scenario(run.record.scenario);
   const std::optional<Trace> trace = read_trace(results, run);
-  if (!trace || trace->ticks.empty() || !variant || !scenario)
+  if (!trace || trace->ticks.empty() || trace->panels.empty() || !variant || !scenario)
     throw ConfigError(
         fmt::format("{}: run {} has no curves to draw (allowed: a run with a trace or a log)", results.folder, run.id));
   draw_figure(*trace, figure_title(*variant, *scenario, run.record.seed, run.record.metrics.value_or(Metrics{})), path,
@@ -25,7 +25,7 @@ void draw_run(const Results& results, const StoredRun& run, const std::string& p
 }
 
 /// Histograms by variant, in the campaign's order.
-std::vector<std::pair<std::string, SolveHistogram>> solve_times(const Results& results) {
+std::vector<std::pair<std::string, SolveHistogram>> solve_times(Results& results) {
   std::map<std::string, SolveHistogram> sums;
   for (const StoredRun& run : results.runs)
     if (const auto trace = read_trace(results, run)) sums[run.record.variant].add(trace->solves);
@@ -78,7 +78,7 @@ Plot solve_time_plot(const std::vector<std::pair<std::string, SolveHistogram>>& 
   return plot;
 }
 
-void draw_solve_time(const Results& results, const std::string& path, FigureFormat format) {
+void draw_solve_time(Results& results, const std::string& path, FigureFormat format) {
   const auto variants = solve_times(results);
   if (variants.empty())
     throw ConfigError(results.folder + ": no run with recorded solver times (allowed: runs with a trace or a log)");
@@ -87,8 +87,7 @@ void draw_solve_time(const Results& results, const std::string& path, FigureForm
 
 }  // namespace
 
-void draw_report_figure(const Results& results, const std::string& figure, const std::string& path,
-                        FigureFormat format) {
+void draw_report_figure(Results& results, const std::string& figure, const std::string& path, FigureFormat format) {
   if (figure == "solve_time") return draw_solve_time(results, path, format);
   if (figure != "pareto") return draw_run(results, results.run(figure), path, format);
   const char* ending = format == FigureFormat::svg ? ".svg" : ".png";

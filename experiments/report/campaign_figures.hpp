@@ -12,7 +12,6 @@ namespace solenoid {
 ///   a run's ID   the plots of draw_figure, from the run as it was kept
 ///
 /// Throws ConfigError for another name, a run without curves, or without gnuplot.
-void draw_report_figure(const Results& results, const std::string& figure, const std::string& path,
-                        FigureFormat format);
+void draw_report_figure(Results& results, const std::string& figure, const std::string& path, FigureFormat format);
 
 }  // namespace solenoid

@@ -149,7 +149,8 @@ Json report_json(const Results& results, const std::map<std::string, RunCurves>&
                {"rankings", rankings_json(results.runs)},
                {"runs", Json::array()},
                {"left_out", Json::array()}};
-  for (const LeftOut& out : results.left_out) json["left_out"].push_back({{"id", out.id}, {"reason", out.reason}});
+  for (const LeftOut& out : results.left_out)
+    json["left_out"].push_back({{"id", out.id}, {"reason", out.reason}, {"in_part", out.in_part}});
   Published published(results);
   for (const StoredRun& run : results.runs) {
     const auto found = curves.find(run.id);

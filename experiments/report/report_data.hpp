@@ -28,7 +28,8 @@ struct RunCurves {
 ///   runs         [{id, trace, everything `compare --format json` prints of the run, and where it is known
 ///                solves: {first, counts}, thesis: {table, measured, rmse_mm, mae_mm, sse_mm, ssa_mm}}]
 ///                thesis figures are texts as printed; trace: RunCurves::kind, or none
-///   left_out     [{id, reason}] runs whose files are damaged
+///   left_out     [{id, reason, in_part}] runs whose files are damaged; in_part: it is among `runs`, but its log is not
+///                whole
 ///
 /// `curves`: by the run's ID, of those that have any.
 nlohmann::ordered_json report_json(const Results& results, const std::map<std::string, RunCurves>& curves, bool live);

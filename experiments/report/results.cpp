@@ -4,6 +4,7 @@
 #include "core/config/reader.hpp"
 #include "experiments/base/bounded_json.hpp"
 #include "experiments/base/files.hpp"
+#include "experiments/base/shown_text.hpp"
 #include "experiments/campaign/run_file.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
 
@@ -39,25 +40,47 @@ const T* find(const std::vector<T>& configs, const std::string& name) {
   return i < configs.size() ? &configs[i] : nullptr;
 }
 
+std::string log_of(const std::string& folder, const std::string& id) { return fmt::format("{}/{}.mcap", folder, id); }
+
+/// Throws ConfigError naming the file unless the run is whole and of that name.
+RunFile read_stored_run(const std::string& folder, const std::string& id) {
+  const std::string path = fmt::format("{}/runs/{}.json", folder, id);
+  const auto file = read_run_file(path);
+  if (!file) throw ConfigError(fmt::format("{}: cannot be read (allowed: {})", path, allowed));
+  if (const std::string named = run_id(file->record); named != id)
+    throw ConfigError(fmt::format("{}: is of the run {} (allowed: a file named as its run)", path, shown(named)));
+  require_trace(*file, fmt::format("{}/runs/{}.trace", folder, id));
+  return *file;
+}
+
+/// A run that ended has a trace or a log, but for those of a version before.
+bool lacks_log(const std::string& folder, const std::string& id, const RunFile& file) {
+  std::error_code ignored;
+  return file.checked && !file.trace && !file.record.failed() && !fs::exists(log_of(folder, id), ignored);
+}
+
 /// Runs, and those that are there but not as they were written, which do not keep the others from being read.
 void read_runs(const std::string& folder, Results& results) {
   std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder + "/runs", error)) {
     if (entry.path().extension() != ".json") continue;
     const std::string id = entry.path().stem().string();
     try {
-      const auto file = read_run_file(entry.path().string());
-      if (!file) throw ConfigError(fmt::format("{}: cannot be read (allowed: {})", entry.path().string(), allowed));
-      require_trace(*file, fs::path(entry.path()).replace_extension(".trace").string());
-      results.runs.push_back({id, file->record});
-      results.unchecked += !file->checked;
+      const RunFile file = read_stored_run(folder, id);
+      results.runs.push_back({id, file.record});
+      results.unchecked += !file.checked;
+      if (lacks_log(folder, id, file))
+        results.left_out.push_back(
+            {id, fmt::format("{}: is missing; no curves (allowed: {})", log_of(folder, id), allowed), true});
     } catch (const ConfigError& problem) {
       results.left_out.push_back({id, problem.what()});
     }
   }
-  if (error) throw ConfigError(fmt::format("{}: {} (allowed: {})", folder, error.message(), allowed));
+  if (error) throw ConfigError(fmt::format("{}/runs: {} (allowed: {})", folder, error.message(), allowed));
   std::ranges::sort(results.left_out, {}, &LeftOut::id);
 }
+
+bool is_seed(const Json& value) { return value.is_number_unsigned(); }
 
 /// A folder may still hold runs of a campaign that it was used for before.
 bool belongs_to(const Results& results, const RunRecord& record) {
@@ -66,6 +89,15 @@ bool belongs_to(const Results& results, const RunRecord& record) {
       seeds == results.manifest.end() || std::ranges::find(*seeds, Json(record.seed)) != seeds->end();
   const bool known_system = &description_of(record) == &results.campaign.system->description();
   return known_system && known_seed && results.variant(record.variant) && results.scenario(record.scenario);
+}
+
+/// Once, however often the log is read.
+void leave_end_out(Results& results, const std::string& id, const RecordedRun& log) {
+  if (std::ranges::count(results.left_out, id, &LeftOut::id) > 0) return;
+  const double end_s = log.ticks.back().sensors.time_s;
+  results.left_out.push_back(
+      {id, fmt::format("{}: {}; shown up to {:.3f} s (allowed: a log that was closed)", log.path, log.problem, end_s),
+       true});
 }
 
 }  // namespace
@@ -85,6 +117,17 @@ const StoredRun& Results::run(const std::string& id) const {
   throw ConfigError(fmt::format("{}: no run '{}' (allowed: {})", folder, id, known));
 }
 
+void require_manifest(const Json& manifest, const std::string& name) {
+  if (!manifest.is_object() || !manifest.contains("campaign"))
+    throw ConfigError(fmt::format("{}: key 'campaign' is missing (allowed: {})", name, allowed));
+  for (const char* key : {"campaign", "status", "started", "ended"})
+    if (manifest.contains(key) && !manifest.at(key).is_string())
+      throw ConfigError(fmt::format("{}: key '{}': wrong type (allowed: a text)", name, key));
+  const auto seeds = manifest.find("seeds");
+  if (seeds != manifest.end() && !(seeds->is_array() && std::ranges::all_of(*seeds, is_seed)))
+    throw ConfigError(fmt::format("{}: key 'seeds': wrong type (allowed: a list of whole numbers from 0)", name));
+}
+
 void sort_runs(const Campaign& campaign, std::vector<StoredRun>& runs) {
   std::ranges::sort(runs, {}, [&](const StoredRun& run) {
     return std::tuple(index_of(campaign.scenarios, run.record.scenario),
@@ -99,19 +142,18 @@ Results read_results(const std::string& folder) {
   Results results;
   results.folder = folder;
   results.manifest = read_json(folder + "/manifest.json", file_size::json);
-  if (!results.manifest.is_object() || !results.manifest.contains("campaign"))
-    throw ConfigError(fmt::format("{}/manifest.json: key 'campaign' is missing (allowed: {})", folder, allowed));
+  require_manifest(results.manifest, folder + "/manifest.json");
   const std::string resolved = folder + "/resolved.toml";
   if (!fs::is_regular_file(resolved, ignored))
     throw ConfigError(fmt::format("{}: is missing (allowed: {})", resolved, allowed));
   results.campaign = read_campaign(resolved);
-  read_runs(folder + "/runs", results);
+  read_runs(folder, results);
   std::erase_if(results.runs, [&](const StoredRun& run) { return !belongs_to(results, run.record); });
   sort_runs(results.campaign, results.runs);
   return results;
 }
 
-std::optional<Trace> read_trace(const Results& results, const StoredRun& run) {
+std::optional<Trace> read_trace(Results& results, const StoredRun& run) {
   const std::string path = results.folder + "/runs/" + run.id + ".trace";
   if (const auto bytes = read_whole_file(path, file_size::trace)) {
     try {
@@ -120,12 +162,14 @@ std::optional<Trace> read_trace(const Results& results, const StoredRun& run) {
       throw ConfigError(fmt::format("{}: {} (allowed: a file that `solenoid compare` wrote)", path, error.what()));
     }
   }
-  const std::string log = results.folder + "/" + run.id + ".mcap";
+  const std::string log = log_of(results.folder, run.id);
   const VariantConfig* variant = results.variant(run.record.variant);
   const ScenarioConfig* scenario = results.scenario(run.record.scenario);
   std::error_code ignored;
-  if (!fs::is_regular_file(log, ignored) || !variant || !scenario) return std::nullopt;
-  return make_trace(*variant, *scenario, read_run(log).ticks);
+  if (!fs::exists(log, ignored) || !variant || !scenario) return std::nullopt;
+  const RecordedRun recorded = read_run(log);
+  if (!recorded.problem.empty()) leave_end_out(results, run.id, recorded);
+  return make_trace(*variant, *scenario, recorded.ticks);
 }
 
 }  // namespace solenoid

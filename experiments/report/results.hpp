@@ -20,6 +20,7 @@ struct StoredRun {
 /// A run whose files are there and not as they were written, and why: one line that names the file.
 struct LeftOut {
   std::string id, reason;
+  bool in_part = false;  ///< the run is there, and its curves are not, or end early
 };
 
 /// A results folder of `compare` or `run`, read back.
@@ -38,12 +39,15 @@ struct Results {
   const StoredRun& run(const std::string& id) const;
 };
 
+/// Throws ConfigError naming the key of the manifest, read from the file `name`, that is not as it was written.
+void require_manifest(const nlohmann::ordered_json& manifest, const std::string& name);
+
 /// Throws ConfigError naming the file and what is wrong with it, but for runs, which are left out one by one. A folder in which a campaign is still running is fine.
 Results read_results(const std::string& folder);
 
-/// The run over time, from runs/ID.trace or from the log ID.mcap; none if neither is there. Throws ConfigError for
-/// files that are damaged.
-std::optional<Trace> read_trace(const Results& results, const StoredRun& run);
+/// The run over time, from runs/ID.trace or from the log ID.mcap; none if neither is there. Of a log that was cut as far
+/// as it goes, and the rest joins `left_out`. Throws ConfigError for files that are damaged.
+std::optional<Trace> read_trace(Results& results, const StoredRun& run);
 
 /// Sorts by scenario, variant and seed, in the campaign's order.
 void sort_runs(const Campaign& campaign, std::vector<StoredRun>& runs);

@@ -40,6 +40,13 @@ std::string panel_label(const TraceLayout::Panel& panel) {
   return panel.unit.empty() ? panel.label : fmt::format("{} [{}]", panel.label, panel.unit);
 }
 
+/// A name as a tic's label, which gnuplot takes for a format.
+std::string tic_label(const std::string& name) {
+  std::string format;
+  for (const char c : name) format += c == '%' ? std::string("%%") : std::string(1, c);
+  return gnuplot_quoted(format);
+}
+
 /// Draws one run.
 class RunFigure {
  public:
@@ -173,7 +180,7 @@ class RunFigure {
   std::string mode_tics(std::size_t every) const {
     std::string tics;
     for (std::size_t m = 0; m < trace_.modes.size(); m += every)
-      tics += fmt::format("{}{} {}", m ? ", " : "", gnuplot_quoted(trace_.modes[m]), m);
+      tics += fmt::format("{}{} {}", m ? ", " : "", tic_label(trace_.modes[m]), m);
     return tics;
   }
 

@@ -45,12 +45,14 @@ class Page {
     byId("title").textContent = report.campaign || "Solenoid report";
     document.title = `${report.campaign}: Solenoid report`;
     const counts = report.runs.reduce((sum, run) => sum.set(run.status.split(":")[0], (sum.get(run.status.split(":")[0]) ?? 0) + 1), new Map());
+    const damaged = report.left_out ?? [], missing = damaged.filter((run) => !run.in_part), cut = damaged.filter((run) => run.in_part);
     byId("subtitle").textContent = [
-      report.left_out?.length && `${plural(report.left_out.length, "run")} missing`,
+      missing.length && `${plural(missing.length, "run")} missing`,
       `${plural(report.runs.length, "run")}${counts.size ? ": " + [...counts].map(([status, count]) => `${count} ${status}`).join(", ") : ""}`,
       report.status, (manifest.ended ?? manifest.started ?? "").replace("T", " ").slice(0, 16), report.generator].filter(Boolean).join(" \u00b7 ");
-    if (report.left_out?.length)
-      this.fail(`Missing because their files are damaged: ${report.left_out.map(({ id, reason }) => `${id} (${reason})`).join("; ")}`);
+    const reasons = (runs) => runs.map(({ id, reason }) => `${id} (${reason})`).join("; ");
+    const told = [missing.length && `Missing because their files are damaged: ${reasons(missing)}`, cut.length && `Logs that are not whole: ${reasons(cut)}`];
+    if (damaged.length) this.fail(told.filter(Boolean).join(". "));
     setOptions(byId("group"), report.rankings.map((ranking, i) => [String(i), ranking.name]));
     const names = (key) => [...new Set(report.runs.map((run) => run[key]))];
     setOptions(byId("scenario"), [["", "all"], ...names("scenario").map((name) => [name, name])]);

@@ -50,7 +50,7 @@ bool LiveState::read_manifest() {
   if (!text || *text == manifest_text_) return false;
   try {
     Json json = parse_json(*text, "manifest.json");
-    if (!json.is_object()) return false;
+    require_manifest(json, "manifest.json");
     manifest_text_ = *text;
     results_.manifest = std::move(json);
     return true;

@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
+#include <sys/stat.h>
 
 namespace solenoid::test {
 namespace {
@@ -160,10 +161,40 @@ TEST(Compare, ResumesOnlyWhatIsAsItWasWritten) {
   done_again(json + ":");
   folder.write(json, whole_json.substr(0, whole_json.find(",\n  \"checksums\"")) + "\n}\n");
   done_again(json + ": has no checksum");
+  nlohmann::ordered_json without = nlohmann::ordered_json::parse(whole_json);
+  without.at("checksums").erase("trace");
+  folder.write(json, without.dump());
+  folder.write(trace, "anything");
+  done_again(json + ": has no checksum of its trace");
   folder.write(trace, whole_trace.substr(0, whole_trace.size() - 1));
   done_again(trace + ": is damaged");
   std::filesystem::remove(folder.file(trace));
   done_again(trace + ": is missing");
+}
+
+TEST(Compare, NeverWaitsForAPipeInItsFolder) {
+  Folder folder;
+  folder.write("c.toml", small_campaign);
+  for (const char* name : {"log.txt", ".lock", ".room", "manifest.json.tmp", "runs/step--nine_pd--s3.json.tmp"}) {
+    std::filesystem::remove_all(folder.file("o"));
+    std::filesystem::create_directories(folder.file("o/runs"));
+    ASSERT_EQ(::mkfifo(folder.file(std::string("o/") + name).c_str(), 0600), 0);
+    const ProgramRun ended = run_program(folder, "compare c.toml --out o --jobs 1", "timeout -s KILL 20");
+    EXPECT_EQ(ended.exit_code, 2) << name;
+    EXPECT_THAT(ended.err, HasSubstr(std::string("solenoid: o/") + name + ": is a pipe (allowed: a regular file)\n"));
+    EXPECT_TRUE(std::filesystem::is_fifo(folder.file(std::string("o/") + name))) << "it is somebody's";
+  }
+  EXPECT_EQ(json::parse(text_of(folder.file("o/manifest.json"))).at("status"), "failed");
+}
+
+TEST(Compare, MayLogThroughALinkToAFile) {
+  Folder folder;
+  folder.write("c.toml", small_campaign);
+  folder.write("elsewhere", "");
+  std::filesystem::create_directory(folder.file("o"));
+  std::filesystem::create_symlink("../elsewhere", folder.file("o/log.txt"));
+  EXPECT_EQ(run_program(folder, "compare c.toml --out o", "timeout -s KILL 60").exit_code, 0);
+  EXPECT_THAT(text_of(folder.file("elsewhere")), HasSubstr("step--nine_pd--s3: ok"));
 }
 
 TEST(Compare, TheResolvedConfigurationIsTheSameCampaign) {

@@ -9,6 +9,7 @@
 #include "tests/experiments/program_under_test.hpp"
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <random>
 
@@ -334,6 +335,38 @@ TEST(Trace, InflatesToWhatItsHeaderTellsAndNoMore) {
   EXPECT_THAT(refusal_of_trace(forged_trace(std::string(100'000, '['), 1)), testing::HasSubstr("nested"));
   EXPECT_THAT(refusal_of_trace(forged_trace(std::string(2'000'000, ' '), 1)), testing::HasSubstr("too large"));
   EXPECT_THAT(refusal_of_trace(forged_trace("{}", 1)), testing::HasSubstr("not found"));
+}
+
+std::string refusal_of_changed(const std::function<void(Trace&)>& change) {
+  Trace trace = random_trace(20, 10);
+  trace.solves.add(12.0);
+  change(trace);
+  return refusal_of_trace(encode_trace(trace));
+}
+
+TEST(Trace, WhatCannotBeDrawnIsRefused) {
+  constexpr double huge = 1e308;
+  const std::pair<const char*, std::function<void(Trace&)>> cases[] = {
+      {"no curve", [](Trace& t) { t.panels[2].curves.clear(); }},
+      {"no modes", [](Trace& t) { t.modes.clear(); }},
+      {"too many panels", [](Trace& t) { t.panels.resize(101, t.panels[0]); }},
+      {"tick_s", [](Trace& t) { t.tick_s = huge; }},
+      {"tick_s", [](Trace& t) { t.tick_s = 0.0; }},
+      {"ticks", [](Trace& t) { t.ticks[0] = -1; }},
+      {"resolution", [](Trace& t) { t.signals[1].resolution = huge; }},
+      {"resolution", [](Trace& t) { t.signals[1].resolution = -1e-3; }},
+      {"resolution", [](Trace& t) { t.derived[0].resolution = 0.0; }},
+      {"constant", [](Trace& t) { t.derived[0].constant = -huge; }},
+      {"factor", [](Trace& t) { t.derived[0].terms[1].second = huge; }},
+      {"scale", [](Trace& t) { t.panels[0].scale = huge; }},
+      {"limit", [](Trace& t) { t.panels[5].limit = huge; }},
+      {"limit", [](Trace& t) { t.panels[5].limit = -1.0; }},
+      {"solves", [](Trace& t) { t.solves.counts[0] = std::numeric_limits<std::int64_t>::max(); }},
+      {"solves", [](Trace& t) { t.solves.counts[0] = -1; }}};
+  for (const auto& [said, change] : cases) EXPECT_THAT(refusal_of_changed(change), testing::HasSubstr(said));
+  EXPECT_EQ(refusal_of_changed([](Trace&) {}), "nothing");
+  EXPECT_EQ(refusal_of_changed([](Trace& t) { t.panels.resize(100, t.panels[0]); }), "nothing");
+  EXPECT_EQ(refusal_of_changed([](Trace& t) { t.panels.clear(), t.modes.clear(); }), "nothing");
 }
 
 TEST(Trace, TheReportsPageReadsTheSameNumbers) {

@@ -92,6 +92,44 @@ TEST(Figure, ANameIsTextAndNothingElse) {
   EXPECT_THAT(test::text_of(folder / "name ' with `touch x`.svg"), HasSubstr("system("));
 }
 
+TEST(Figure, ALabelMayBeAnyText) {
+  const test::Folder folder;
+  const std::string trap = (folder / "trap").string();
+  for (const std::string& label : {std::string("'"), std::string("''a'''b"), std::string("\\n \\"),
+                                   std::string("%s %d %n 50% %"), "\"`touch '" + trap + "'` @GPVAL_TERM"}) {
+    Trace trace = brief_trace();
+    trace.modes = {label, label};
+    for (TraceLayout::Panel& panel : trace.panels) {
+      panel.label = panel.unit = label;
+      for (TraceLayout::Curve& curve : panel.curves) curve.label = label;
+    }
+    draw_figure(trace, label, folder / "run.svg", FigureFormat::svg);
+    const std::string svg = test::text_of(folder / "run.svg");
+    EXPECT_THAT(svg, HasSubstr(">" + label + "<"));
+  }
+  EXPECT_FALSE(std::filesystem::exists(trap));
+}
+
+TEST(Figure, DrawsTheLargestNumbersThatATraceMayHave) {
+  const test::Folder folder;
+  for (const double size : {1e12, 1e-12}) {
+    Trace trace = brief_trace();
+    trace.tick_s = size > 1 ? 3600.0 : 1e-9;
+    if (size > 1) trace.ticks.back() = std::int64_t{1} << 46;
+    for (Trace::Signal& signal : trace.signals) {
+      for (double& value : signal.values) value *= size / signal.resolution;
+      signal.resolution = size;
+    }
+    for (TraceLayout::Derived& derived : trace.derived) {
+      derived.resolution = derived.constant = size;
+      for (auto& [name, factor] : derived.terms) factor = size;
+    }
+    for (TraceLayout::Panel& panel : trace.panels) panel.scale = panel.limit = size;
+    draw_figure(decode_trace(encode_trace(trace)), "made up", folder / "run.svg", FigureFormat::svg);
+    EXPECT_THAT(test::text_of(folder / "run.svg"), HasSubstr("</svg>"));
+  }
+}
+
 TEST(Figure, LeavesNothingWhereItCannotBeWritten) {
   const test::Folder folder;
   ScenarioConfig brief = sine();

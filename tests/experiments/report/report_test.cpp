@@ -6,6 +6,8 @@
 #include "tests/experiments/needs_uplot.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
+#include <limits>
+
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
@@ -277,6 +279,165 @@ TEST(Report, DamagedRunsAreLeftOutNamedAndShownAsMissing) {
   folder.write("r/runs/step--nine_pd--s3.json",
                run_file_text(kept.configuration, kept.record, "SLT2 and then rubbish"));
   left_out("step--nine_pd--s3.trace: a trace's");
+}
+
+/// The small campaign's results, a fresh copy of them in "r".
+void copy_results(const test::Folder& folder) {
+  std::filesystem::remove_all(folder.file("r"));
+  std::filesystem::copy(small_results().file("results"), folder.file("r"), std::filesystem::copy_options::recursive);
+}
+
+TEST(Report, ACopiedRunIsNotCountedTwice) {
+  NEEDS_UPLOT();
+  const test::Folder folder;
+  copy_results(folder);
+  for (const char* kind : {"json", "trace"})
+    std::filesystem::copy(folder.file(fmt::format("r/runs/step--nine_pd--s3.{}", kind)),
+                          folder.file(fmt::format("r/runs/copy.{}", kind)));
+  const test::ProgramRun report = test::run_program(folder, "report r");
+  EXPECT_EQ(report.exit_code, 1);
+  EXPECT_EQ(report.err,
+            "solenoid: left out: r/runs/copy.json: is of the run 'step--nine_pd--s3' (allowed: a file named as its "
+            "run)\n");
+  const ordered_json data = data_of(test::text_of(folder / "r/report.html"));
+  EXPECT_EQ(data.at("runs").size(), 8u);
+  for (const ordered_json& variant : data["rankings"][0]["variants"]) EXPECT_EQ(variant.at("runs"), 4);
+  ASSERT_EQ(data.at("left_out").size(), 1u);
+  EXPECT_EQ(data["left_out"][0].at("id"), "copy");
+}
+
+TEST(Report, AManifestOfWrongTypesIsRefusedByItsKey) {
+  const test::Folder folder;
+  copy_results(folder);
+  const auto refused = [&](const std::string& key, const std::string& value) {
+    const std::string others = key == "campaign" ? "" : R"("campaign": "c", )";
+    folder.write("r/manifest.json", "{" + others + "\"" + key + "\": " + value + "}");
+    const std::string told = test::refusal_of(folder, "report r --svg a.svg");
+    EXPECT_THAT(told, testing::StartsWith("solenoid: r/manifest.json: key '" + key + "'")) << value;
+    EXPECT_THAT(told, HasSubstr("(allowed: ")) << value;
+  };
+  for (const char* key : {"campaign", "status", "started", "ended"})
+    for (const char* value : {"3", "null", "[]"}) refused(key, value);
+  for (const char* value : {"3", R"("1")", "null", R"({"a": 1})", "[1.5]", "[-1]", R"([3, "4"])"})
+    refused("seeds", value);
+  folder.write("r/manifest.json", R"({"campaign": "c", "seeds": [3, 4]})");
+  EXPECT_EQ(test::run_program(folder, "report r --svg a.svg").exit_code, 0);
+}
+
+TEST(Report, ARunsFileOfWrongTypesIsToldInItsOwnWords) {
+  NEEDS_UPLOT();
+  const test::Folder folder;
+  copy_results(folder);
+  const ordered_json whole = ordered_json::parse(test::text_of(folder / "r/runs/step--nine_pd--s3.json"));
+  const auto told = [&](const std::string& key, const ordered_json& value) {
+    ordered_json changed = whole;
+    changed[ordered_json::json_pointer(key)] = value;
+    folder.write("r/runs/step--nine_pd--s3.json", changed.dump());
+    return test::run_program(folder, "report r").err;
+  };
+  for (const ordered_json& value : {ordered_json(3), ordered_json::array(), ordered_json::object()})
+    EXPECT_THAT(
+        told("/checksums", value),
+        testing::StartsWith("solenoid: left out: r/runs/step--nine_pd--s3.json: key 'checksums.run' is missing"));
+  EXPECT_THAT(told("/checksums/run", 3), HasSubstr("key 'checksums.run' is no text"));
+  EXPECT_THAT(told("/checksums/trace", nullptr), HasSubstr("key 'checksums.trace' is no text"));
+  EXPECT_THAT(told("/configuration", 3), HasSubstr("key 'configuration' is no text"));
+  EXPECT_THAT(told("/run", 3), HasSubstr("key 'run.variant'"));
+}
+
+TEST(Report, ATraceWithoutItsChecksumIsNotBelieved) {
+  NEEDS_UPLOT();
+  const test::Folder folder;
+  copy_results(folder);
+  ordered_json record = ordered_json::parse(test::text_of(folder / "r/runs/step--nine_pd--s3.json"));
+  record.at("checksums").erase("trace");
+  folder.write("r/runs/step--nine_pd--s3.json", record.dump());
+  EXPECT_THAT(test::run_program(folder, "report r").err,
+              HasSubstr("left out: r/runs/step--nine_pd--s3.trace: has no checksum"));
+}
+
+TEST(Report, ATraceThatCannotBeDrawnIsRefusedByName) {
+  const test::Folder folder;
+  copy_results(folder);
+  const std::string id = "step--nine_pd--s3";
+  const RunFile kept = read_run_file(folder.file("r/runs/" + id + ".json")).value();
+  const Trace whole = decode_trace(test::text_of(folder / ("r/runs/" + id + ".trace")));
+  const auto refused = [&](const std::string& figure, const Trace& trace, const std::string& words) {
+    const std::string bytes = encode_trace(trace);
+    folder.write("r/runs/" + id + ".trace", bytes);
+    folder.write("r/runs/" + id + ".json", run_file_text(kept.configuration, kept.record, bytes));
+    const std::string told = test::refusal_of(folder, "report r --figure " + figure + " --svg a.svg");
+    EXPECT_THAT(told, HasSubstr(words));
+    EXPECT_THAT(told, HasSubstr("(allowed: "));
+  };
+  Trace trace = whole;
+  for (TraceLayout::Panel& panel : trace.panels) panel.curves.clear();
+  refused(id, trace, "r/runs/step--nine_pd--s3.trace: a trace's panel has no curve");
+  trace = whole;
+  trace.panels.clear();
+  refused(id, trace, "run step--nine_pd--s3 has no curves to draw");
+  trace = whole;
+  trace.solves.counts.assign(3, std::numeric_limits<std::int64_t>::max());
+  refused("solve_time", trace, "r/runs/step--nine_pd--s3.trace: a trace's solves");
+}
+
+/// A run of `solenoid run`, made once.
+const test::Folder& recorded_results() {
+  static const test::Folder folder;
+  static const int exit_code =
+      test::run_program(folder, "run nine_pd --no-realtime --quiet --duration 1 --out r").exit_code;
+  EXPECT_LT(exit_code, 2);
+  return folder;
+}
+
+TEST(Report, ALogThatIsNotWholeIsTold) {
+  NEEDS_UPLOT();
+  const test::Folder folder;
+  const std::string id = "cycloidal--nine_pd--s1", log = "r/" + id + ".mcap";
+  std::filesystem::copy(recorded_results().file("r"), folder.file("r"), std::filesystem::copy_options::recursive);
+  const auto told = [&](const std::string& words) {
+    const test::ProgramRun report = test::run_program(folder, "report r");
+    EXPECT_EQ(report.exit_code, 1) << report.err;
+    EXPECT_EQ(count(report.err, "\n"), 1u) << report.err;
+    EXPECT_THAT(report.err, testing::StartsWith("solenoid: left out: " + log + ": "));
+    EXPECT_THAT(report.err, HasSubstr(words));
+    return data_of(test::text_of(folder / "r/report.html"));
+  };
+  EXPECT_EQ(test::run_program(folder, "report r").err, "");
+  std::filesystem::resize_file(folder / log, std::filesystem::file_size(folder / log) / 2);
+  const std::string figure = "report r --figure " + id + " --svg a.svg";
+  ordered_json data = told("shown up to 0.");
+  ASSERT_EQ(data.at("runs").size(), 1u);
+  EXPECT_EQ(data["runs"][0].at("trace"), "full");
+  EXPECT_EQ(data["left_out"][0].at("in_part"), true);
+  const test::ProgramRun drawn = test::run_program(folder, figure);
+  EXPECT_EQ(drawn.exit_code, 1);
+  EXPECT_THAT(drawn.err, HasSubstr("shown up to 0."));
+  EXPECT_THAT(test::text_of(folder / "a.svg"), HasSubstr("</svg>"));
+
+  std::filesystem::remove(folder / log);
+  data = told("is missing");
+  ASSERT_EQ(data.at("runs").size(), 1u);
+  EXPECT_EQ(data["runs"][0].at("trace"), "none");
+  EXPECT_THAT(test::refusal_of(folder, figure), HasSubstr("no curves to draw"));
+
+  folder.write(log, "rubbish");
+  data = told("(allowed: ");
+  EXPECT_EQ(data.at("runs").size(), 0u);
+  EXPECT_EQ(data["left_out"][0].at("in_part"), false);
+}
+
+TEST(Report, ARunInRealTimeHasNoTraceOfAnEarlierOne) {
+  NEEDS_UPLOT();
+  const test::Folder folder;
+  copy_results(folder);
+  folder.write("c.toml", test::small_campaign);
+  const test::ProgramRun run =
+      test::run_program(folder, "run nine_pd --campaign c.toml --scenario step --seed 3 --no-realtime --quiet --out r");
+  ASSERT_LT(run.exit_code, 2) << run.err;
+  EXPECT_TRUE(std::filesystem::exists(folder / "r/step--nine_pd--s3.mcap"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "r/runs/step--nine_pd--s3.trace"));
+  EXPECT_EQ(test::run_program(folder, "report r").err, "");
 }
 
 TEST(ThesisCell, IsFoundByTheLawAndTheTaskNotByNames) {
