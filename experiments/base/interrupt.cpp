@@ -19,9 +19,12 @@ std::vector<int> ending_signals() {
 
 }  // namespace
 
-void SignalActions::set(int signal, void (*handler)(int), int flags) {
+void SignalActions::set(int signal, void (*handler)(int), int flags, Meanwhile meanwhile) {
   struct sigaction action {};
-  sigemptyset(&action.sa_mask);
+  if (meanwhile == Meanwhile::alone)
+    sigfillset(&action.sa_mask);
+  else
+    sigemptyset(&action.sa_mask);
   action.sa_handler = handler;
   action.sa_flags = flags;
   before_.emplace_back();

@@ -14,8 +14,9 @@ class SignalActions {
   SignalActions(const SignalActions&) = delete;
   SignalActions& operator=(const SignalActions&) = delete;
 
-  /// `flags` as of sigaction.
-  void set(int signal, void (*handler)(int), int flags = 0);
+  enum class Meanwhile { others_too, alone };
+  /// `flags` as of sigaction; `alone`: the thread that handles it takes no other signal meanwhile.
+  void set(int signal, void (*handler)(int), int flags = 0, Meanwhile meanwhile = Meanwhile::others_too);
 
  private:
   std::vector<std::pair<int, struct sigaction>> before_;

@@ -49,6 +49,8 @@ const std::vector<std::string> node_faults = {
     "process:killed@1", "process:stopped=0.1@1",  "packets:lost=1@1",       "packets:lost=0.05@1",
     "packets:late=2@1", "packets:repeated=0.1@1", "packets:corrupt=0.05@1", "process:crashed@1.5"};
 
+constexpr double latest_safe_ms = 100.0;
+
 class Chaos {
  public:
   Chaos(const ChaosSettings& settings, const std::function<bool()>& interrupted,
@@ -280,9 +282,16 @@ class Chaos {
               output);
     allowed.codes.insert({1, 2});  // a machine that stands still by itself; a node that could not begin
     disturb(run, all, longest_run_s, 3.0, allowed, "run", output);
-    emulator.wait(5.0);
+    int node_ended = emulator.wait(5.0);
+    if (node_ended == -1) {  // no controller came to it
+      emulator.send(SIGTERM);
+      node_ended = emulator.wait(5.0);
+    }
     look_at_log(out);
-    look_at_node(report, allowed);
+    if (node_ended == 0)
+      look_at_node(report, allowed);
+    else if (!node.back().starts_with("process:killed") && !node.back().starts_with("process:crashed"))
+      find(fmt::format("the node ended with {} after: {}", node_ended, allowed.done));
     fs::remove_all(out);
   }
   void look_at_log(const std::string& out) {
@@ -305,16 +314,22 @@ class Chaos {
   }
   void look_at_node(const std::string& path, const Allowed& allowed) {
     const auto text = read_whole_file(path);
-    if (!text) return;  // it was killed
+    if (!text) return find("the node left no report");
     ++outcome_.reports;
     const Json report = parse_json(*text, path);
+    const double safe_ms = report.at("timeouts") > 0 ? report.at("safe_after_ms").get<double>() : 0.0;
+    const bool stood_still = allowed.done.find("process:stopped") != std::string::npos;
+    if (safe_ms > latest_safe_ms && !stood_still)
+      find(
+          fmt::format("outputs safe {:.1f} ms after the last command (promised 20, the rest for a machine that stands "
+                      "still) after: {}",
+                      safe_ms, allowed.done));
+    if (!stood_still) outcome_.worst_safe_ms = std::max(outcome_.worst_safe_ms, safe_ms);
     if (report.at("sessions") > 1) find(fmt::format("the node had {} sessions", report.at("sessions").dump()));
     if (report.at("refused") > 0) find(fmt::format("the node refused {} commands", report.at("refused").dump()));
     if (const auto last = report.find("final_outputs"); last != report.end())
       for (const auto& [name, value] : last->items())
         if (value != 0) find(fmt::format("the node ended with {} = {} after: {}", name, value.dump(), allowed.done));
-    if (report.at("timeouts") > 0)
-      outcome_.worst_safe_ms = std::max(outcome_.worst_safe_ms, report.at("safe_after_ms").get<double>());
   }
 
   ChaosSettings settings_;

@@ -13,15 +13,23 @@ namespace solenoid {
 namespace {
 
 std::atomic<RigIo*> guarded_io{nullptr};
-std::atomic<bool> crash_flag{false};
+std::atomic<bool> crash_flag{false}, made_safe{false};
+
+void wait_a_millisecond() {
+  const timespec millisecond{0, 1'000'000};
+  ::nanosleep(&millisecond, nullptr);
+}
 
 extern "C" void make_safe_and_crash(int signal) {
+  constexpr int longest_ms = 100;
   crash_flag.store(true);
   if (RigIo* const io = guarded_io.exchange(nullptr)) {
     io->safe();
-    const timespec until_a_write_under_way_is_done{0, 1'000'000};
-    ::nanosleep(&until_a_write_under_way_is_done, nullptr);
+    wait_a_millisecond();  // until a write under way is done
     io->safe();
+    made_safe.store(true);
+  } else {
+    for (int k = 0; k < longest_ms && !made_safe.load(); ++k) wait_a_millisecond();  // another thread is at it
   }
   std::signal(signal, SIG_DFL);
   std::raise(signal);
@@ -37,9 +45,10 @@ extern "C" void refuse_to_stop(int) {
 }  // namespace
 
 RigGuard::RigGuard(RigIo& io) {
+  made_safe.store(false);
   guarded_io.store(&io);
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGSYS, SIGTRAP, SIGXCPU})
-    actions_.set(signal, make_safe_and_crash);
+    actions_.set(signal, make_safe_and_crash, 0, SignalActions::Meanwhile::alone);
   actions_.set(SIGTSTP, refuse_to_stop, SA_RESTART);
   for (const int signal : {SIGTTIN, SIGTTOU}) actions_.set(signal, SIG_IGN, SA_RESTART);
 }

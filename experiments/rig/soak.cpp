@@ -47,16 +47,16 @@ void take_result(const std::string& path, double tick_s, SoakOutcome& outcome) {
   outcome.late = loop.at("late");
   outcome.due = std::lround(loop.at("ended_s").get<double>() / tick_s) + 1;
   const Json& ladder = run.at("ladder");
-  outcome.safe_entries = ladder.at("safe_entries").get<std::int64_t>() - 1;  // its end is one
+  outcome.safe_entries = ladder.at("safe_entries");
   outcome.safe_slots = ladder.at("safe");
   outcome.causes = run.at("safe_causes");
   outcome.late_us = percentiles_of(run.at("timing_us").at("late"));
   outcome.tick_us = percentiles_of(run.at("timing_us").at("tick"));
 }
 
-void judge(double tick_s, SoakOutcome& outcome) {
+void judge(double tick_s, bool interrupted, SoakOutcome& outcome) {
   const auto find = [&](const std::string& what) { outcome.findings.push_back(what); };
-  if (outcome.exit_code != 0) find(fmt::format("ended with {}: {}", outcome.exit_code, outcome.causes));
+  if (outcome.exit_code != 0 && !interrupted) find(fmt::format("ended with {}: {}", outcome.exit_code, outcome.causes));
   if (outcome.ticks + outcome.skipped != outcome.due)
     find(fmt::format("{} ticks done and {} skipped of {} that were due", outcome.ticks, outcome.skipped, outcome.due));
   if (outcome.late_us.p50 > 0.5e6 * tick_s)
@@ -102,7 +102,11 @@ SoakOutcome soak(const SoakSettings& settings, const std::function<bool()>& inte
     if (clock.now_s() > rearm_s) run.send(SIGUSR1), rearm_s = clock.now_s() + 1.0;  // does nothing where it is not SAFE
     if (clock.now_s() < next_s) continue;
     next_s = clock.now_s() + look_s;
-    if (clock.now_s() > settings.duration_s + overtime_s) run.send(SIGKILL);
+    if (clock.now_s() > settings.duration_s + overtime_s) {
+      run.send(SIGKILL);
+      outcome.findings.push_back(fmt::format("did not end within {:.0f} s of its time", overtime_s));
+      return outcome;
+    }
     const SoakOutcome::Look look{clock.now_s(), resident_kb(run.id()), resident_kb(node.id())};
     if (look.run_kb == 0 || look.node_kb == 0 || look.time_s > settings.duration_s) continue;  // it ends
     outcome.looks.push_back(look);
@@ -110,7 +114,7 @@ SoakOutcome soak(const SoakSettings& settings, const std::function<bool()>& inte
   }
   outcome.exit_code = run.wait(1.0);
   take_result(file("run.json"), tick_s, outcome);
-  judge(tick_s, outcome);
+  judge(tick_s, interrupted(), outcome);
   return outcome;
 }
 
@@ -134,9 +138,9 @@ Result result_of(const SoakOutcome& outcome) {
                           {"tick_us", numbers(outcome.tick_us)},
                           {"findings", outcome.findings}},
                 .tables = {looks}};
-  result.notes.push_back(
-      fmt::format("{} ticks done, {} skipped, of {} due; {} ended late; {} times in SAFE and re-armed, {} slots of it",
-                  outcome.ticks, outcome.skipped, outcome.due, outcome.late, outcome.safe_entries, outcome.safe_slots));
+  result.notes.push_back(fmt::format(
+      "{} ticks done, {} skipped, of {} due; {} ended late; {} times in SAFE, its end included, {} slots of it",
+      outcome.ticks, outcome.skipped, outcome.due, outcome.late, outcome.safe_entries, outcome.safe_slots));
   for (const auto& [name, p] : {std::pair("begun late", outcome.late_us), {"took", outcome.tick_us}})
     result.notes.push_back(
         fmt::format("{}: p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f}, max {:.0f} us", name, p.p50, p.p99, p.p999, p.max));

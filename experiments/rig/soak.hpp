@@ -31,7 +31,7 @@ struct SoakOutcome {
   std::string causes;  ///< why SAFE
   std::int64_t ticks = 0, skipped = 0, late = 0;
   std::int64_t due = 0;           ///< ticks, by the time of the last one
-  std::int64_t safe_entries = 0;  ///< before its end, each re-armed: the machine stood still for longer than a rig may
+  std::int64_t safe_entries = 0;  ///< its end included; each other re-armed: the machine stood still for long
   std::int64_t safe_slots = 0;    ///< until it was
   Percentiles late_us, tick_us;   ///< how late ticks began; how long they took
   std::vector<std::string> findings;

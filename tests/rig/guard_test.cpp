@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <csignal>
+#include <ctime>
 #include <string>
+#include <thread>
 
 #include <gtest/gtest.h>
+#include <pthread.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -28,6 +31,21 @@ struct ToldIo final : RigIo {
 };
 
 constexpr int was_asked_to_end = 7, went_on = 8;
+
+/// A card that takes its time.
+struct SlowIo final : RigIo {
+  explicit SlowIo(int file) : to(file) {}
+  void open() override {}
+  RigInputs read() noexcept override { return {}; }
+  void write(const RigOutputs&) noexcept override {}
+  void safe() noexcept override {
+    const timespec rest{0, 5'000'000};
+    ::nanosleep(&rest, nullptr);
+    [[maybe_unused]] const ssize_t written = ::write(to, "s", 1);
+  }
+  IoHealth health() const noexcept override { return {}; }
+  int to;
+};
 
 struct End {
   int status = 0;
@@ -85,6 +103,35 @@ TEST(RigGuard, NoSignalEndsOrStopsAProcessBeforeItsOutputsAreSafe) {
     }
   }
   EXPECT_GT(seen, 55);
+}
+
+TEST(RigGuard, AnotherCrashMeanwhileDoesNotEndTheProcessBeforeItsOutputsAreSafe) {
+  for (const int second : {SIGSEGV, SIGABRT, SIGBUS}) {
+    std::array<int, 2> ends{};
+    ASSERT_EQ(::pipe(ends.data()), 0);
+    const pid_t child = ::fork();
+    if (child == 0) {
+      const rlimit no_core{0, 0};
+      ::setrlimit(RLIMIT_CORE, &no_core);
+      SlowIo io(ends[1]);
+      const RigGuard guard(io);
+      std::thread other([&] { ::pthread_kill(::pthread_self(), SIGSEGV); });
+      const timespec until_the_first_is_at_it{0, 2'000'000};
+      ::nanosleep(&until_the_first_is_at_it, nullptr);
+      std::raise(second);
+      ::_exit(went_on);
+    }
+    ::close(ends[1]);
+    std::string told;
+    std::array<char, 16> bytes;
+    for (ssize_t size; (size = ::read(ends[0], bytes.data(), bytes.size())) > 0;)
+      told.append(bytes.data(), static_cast<std::size_t>(size));
+    ::close(ends[0]);
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    EXPECT_EQ(told, "ss");
+    EXPECT_TRUE(WIFSIGNALED(status));
+  }
 }
 
 }  // namespace

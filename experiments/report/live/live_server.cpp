@@ -94,7 +94,7 @@ int listen_on(HttpServer& server, int port) {
   InterruptGuard::leave_in_child();
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(1);
-  std::signal(SIGPIPE, SIG_IGN);
+  for (const int signal : {SIGPIPE, SIGTSTP, SIGTTIN, SIGTTOU}) std::signal(signal, SIG_IGN);  // Ctrl-Z stops no page
   [[maybe_unused]] const int niceness = ::nice(5);  // what it shows comes first
   try {
     LiveState state(campaign, folder, earlier == LiveServer::Earlier::repeated);
@@ -145,7 +145,7 @@ LiveServer::LiveServer(const Campaign& campaign, const std::string& folder, int 
 
 LiveServer::~LiveServer() {
   ::close(tick_socket_);
-  ::kill(process_, SIGTERM);
+  ::kill(process_, SIGKILL);  // it keeps nothing, and may have been stopped
   while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
   }
 }

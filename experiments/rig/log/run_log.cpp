@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <stdexcept>
 
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -87,12 +88,17 @@ void RunLog::work() noexcept {
     try {
       drain();
       if (clock.now_s() - flushed >= settings_.flush_s) mcap_->flush(), flushed = clock.now_s();
-      if (clock.now_s() - synced >= sync_s) ::fdatasync(file_), synced = clock.now_s();
+      if (clock.now_s() - synced >= sync_s) sync(), synced = clock.now_s();
     } catch (const std::exception& error) {
       problem_ = error.what();
       failed_.store(true);
     }
   }
+}
+
+void RunLog::sync() {
+  if (::fdatasync(file_) != 0 && errno != EINVAL && errno != EROFS)  // of what cannot be synced nothing is asked
+    throw std::runtime_error(fmt::format("{}: {}", path_, std::strerror(errno)));
 }
 
 void RunLog::drain() {
@@ -167,7 +173,7 @@ std::string RunLog::close(const std::map<std::string, std::string>& summary) {
       mcap_->flush();
       mcap_->write_metadata("summary", summary);
       mcap_->close();
-      ::fdatasync(file_);
+      sync();
     } catch (const std::exception& error) {
       problem_ = error.what();
       failed_.store(true);

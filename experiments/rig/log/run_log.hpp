@@ -59,6 +59,7 @@ class RunLog {
  private:
   void work() noexcept;
   void drain();
+  void sync();
   void take(const TickRecord& tick);
   void event(double time_s, const char* kind, const std::string& text);
   void note_changes(const TickRecord& tick);
