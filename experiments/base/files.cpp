@@ -36,6 +36,15 @@ int write_and_sync(const std::string& path, std::string_view text) {
   return error;
 }
 
+/// So that a file's new name outlasts a loss of power; where folders cannot be synced nothing is asked.
+void sync_folder_of(const std::string& path) {
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  const int file = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (file < 0) return;
+  ::fsync(file);
+  ::close(file);
+}
+
 }  // namespace
 
 void require_no_device(const std::string& path) {
@@ -50,7 +59,7 @@ void write_file_atomically(const std::string& path, std::string_view text) {
   require_no_device(temporary);
   int error = write_and_sync(temporary, text);
   if (error == 0 && std::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
-  if (error == 0) return;
+  if (error == 0) return sync_folder_of(path);
   ::unlink(temporary.c_str());
   refuse(path, error);
 }

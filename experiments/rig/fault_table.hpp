@@ -37,6 +37,7 @@ FaultOutcome simulate_fault(const std::string& variant, const std::string& name,
 struct ProcessOutcome {
   std::string name;
   int exit_code = 0;                     ///< of `run`; 128 + signal if one ended it
+  int node_exit_code = 0;                ///< likewise; -1: it had to be killed
   double safe_after_ms = -1;             ///< node: last command to safe outputs, if it had to time out
   double longest_silence_ms = 0;         ///< node: between two commands
   Command final_outputs;                 ///< of the node

@@ -130,7 +130,7 @@ ProcessOutcome provoke(const Case& c, const std::string& program, const std::str
   wait_s(strike_s);
   c.strike({controller, program, variant, address, here});
   out.exit_code = controller.wait(20.0);
-  emulator.wait(5.0);
+  out.node_exit_code = emulator.wait(5.0);
   look_at_log(log, out);
   look_at_node(report, out);
   return out;

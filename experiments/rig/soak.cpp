@@ -20,10 +20,10 @@
 namespace solenoid {
 namespace {
 
-constexpr double overtime_s = 20.0;
 constexpr double settled_s = 4.0;       // until then processes start
 constexpr double growth_kb = 1024.0;    // that counts as none
 constexpr double index_kb_per_s = 1.0;  // the log's, written when it ends: 0.2 kB a chunk, of which a second has four
+constexpr int interrupted_code = 130;
 
 std::int64_t resident_kb(pid_t process) {
   std::ifstream in(fmt::format("/proc/{}/statm", process));
@@ -54,9 +54,9 @@ void take_result(const std::string& path, double tick_s, SoakOutcome& outcome) {
   outcome.tick_us = percentiles_of(run.at("timing_us").at("tick"));
 }
 
-void judge(double tick_s, bool interrupted, SoakOutcome& outcome) {
+void judge(double tick_s, bool as_told, SoakOutcome& outcome) {
   const auto find = [&](const std::string& what) { outcome.findings.push_back(what); };
-  if (outcome.exit_code != 0 && !interrupted) find(fmt::format("ended with {}: {}", outcome.exit_code, outcome.causes));
+  if (!as_told) find(fmt::format("ended with {}: {}", outcome.exit_code, outcome.causes));
   if (outcome.ticks + outcome.skipped != outcome.due)
     find(fmt::format("{} ticks done and {} skipped of {} that were due", outcome.ticks, outcome.skipped, outcome.due));
   if (outcome.late_us.p50 > 0.5e6 * tick_s)
@@ -72,6 +72,19 @@ void judge(double tick_s, bool interrupted, SoakOutcome& outcome) {
       find(fmt::format("memory grew from {} kB at {:.0f} s to {} kB at {:.0f} s", *settled.*member, settled->time_s,
                        *grew.*member, grew->time_s));
   }
+}
+
+/// What became of a run that has ended; one that was interrupted may have had nothing to say yet.
+void look_at_end(const std::string& said, double tick_s, bool interrupted, SoakOutcome& outcome) {
+  const bool as_told = outcome.exit_code == 0 || (interrupted && outcome.exit_code == interrupted_code);
+  try {
+    take_result(said, tick_s, outcome);
+  } catch (const std::exception& error) {
+    if (!interrupted || !as_told)
+      outcome.findings.push_back(fmt::format("ended with {}: {}", outcome.exit_code, error.what()));
+    return;
+  }
+  judge(tick_s, as_told, outcome);
 }
 
 }  // namespace
@@ -96,25 +109,28 @@ SoakOutcome soak(const SoakSettings& settings, const std::function<bool()>& inte
   SoakOutcome outcome;
   MonotonicClock clock;
   const double look_s = std::clamp(settings.duration_s / 30, 0.2, 60.0);
-  double rearm_s = settled_s;
+  double rearm_s = settled_s, due_s = settings.duration_s;
+  bool told_to_end = false;
   for (double next_s = 1.0; run.runs(); wait_s(0.05)) {
-    if (interrupted()) run.send(SIGINT);
+    if (interrupted()) {
+      run.send(SIGINT);  // again and again: its program may not have begun yet
+      told_to_end = true;
+      due_s = std::min(due_s, clock.now_s());
+    }
+    if (clock.now_s() > due_s + settings.overtime_s) {
+      outcome.findings.push_back(fmt::format("had to be killed {:.0f} s after its time", settings.overtime_s));
+      return outcome;
+    }
     if (clock.now_s() > rearm_s) run.send(SIGUSR1), rearm_s = clock.now_s() + 1.0;  // does nothing where it is not SAFE
     if (clock.now_s() < next_s) continue;
     next_s = clock.now_s() + look_s;
-    if (clock.now_s() > settings.duration_s + overtime_s) {
-      run.send(SIGKILL);
-      outcome.findings.push_back(fmt::format("did not end within {:.0f} s of its time", overtime_s));
-      return outcome;
-    }
     const SoakOutcome::Look look{clock.now_s(), resident_kb(run.id()), resident_kb(node.id())};
     if (look.run_kb == 0 || look.node_kb == 0 || look.time_s > settings.duration_s) continue;  // it ends
     outcome.looks.push_back(look);
     tell(look);
   }
   outcome.exit_code = run.wait(1.0);
-  take_result(file("run.json"), tick_s, outcome);
-  judge(tick_s, interrupted(), outcome);
+  look_at_end(file("run.json"), tick_s, told_to_end, outcome);
   return outcome;
 }
 

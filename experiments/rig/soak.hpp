@@ -17,7 +17,8 @@ struct SoakSettings {
   std::string folder;   ///< of its files
   std::string variant = "nine_state";
   double duration_s = 60.0;
-  int load = 2;  ///< threads that compute nothing all the while
+  double overtime_s = 20.0;  ///< to start and to end: then it is killed, which is a finding
+  int load = 2;              ///< threads that compute nothing all the while
 };
 
 struct SoakOutcome {
@@ -39,8 +40,8 @@ struct SoakOutcome {
 
 /// Finds memory that grows after the first tenth by more than a log's index does (1 kB a second), ticks that are neither
 /// done nor counted as skipped, a median lateness of half a tick and more (ticks are due at multiples of their period
-/// since the start, so lateness would add up if the phase were not kept), and an end that is not clean. Throws
-/// OutputError, ConfigError.
+/// since the start, so lateness would add up if the phase were not kept), and an end that is not clean, or that does
+/// not come; an interrupted run ends with 130. Throws OutputError, ConfigError.
 SoakOutcome soak(const SoakSettings& settings, const std::function<bool()>& interrupted,
                  const std::function<void(const SoakOutcome::Look&)>& tell);
 

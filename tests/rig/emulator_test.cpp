@@ -74,6 +74,7 @@ TEST(Emulator, AFloodKeepsNobodyFromTheSafeState) {
   };
   drive(50);
   std::vector<std::thread> strangers;
+  strangers.reserve(6);
   for (int k = 0; k < 6; ++k) strangers.emplace_back([&] { flood(settings.port, calm); });
   drive(20);
   std::this_thread::sleep_for(std::chrono::seconds(2));

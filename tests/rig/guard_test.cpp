@@ -5,13 +5,15 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <csignal>
 #include <ctime>
+#include <functional>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include <gtest/gtest.h>
-#include <pthread.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -32,19 +34,22 @@ struct ToldIo final : RigIo {
 
 constexpr int was_asked_to_end = 7, went_on = 8;
 
-/// A card that takes its time.
+/// A card that takes its time, in which more may happen.
 struct SlowIo final : RigIo {
-  explicit SlowIo(int file) : to(file) {}
+  SlowIo(int file, std::function<void()> happens) : to(file), meanwhile(std::move(happens)) {}
   void open() override {}
   RigInputs read() noexcept override { return {}; }
   void write(const RigOutputs&) noexcept override {}
   void safe() noexcept override {
+    if (!std::exchange(begun, true)) meanwhile();
     const timespec rest{0, 5'000'000};
     ::nanosleep(&rest, nullptr);
     [[maybe_unused]] const ssize_t written = ::write(to, "s", 1);
   }
   IoHealth health() const noexcept override { return {}; }
   int to;
+  std::function<void()> meanwhile;
+  bool begun = false;
 };
 
 struct End {
@@ -52,19 +57,16 @@ struct End {
   std::string told;
 };
 
-/// What becomes of a process that gets the signal while it guards a rig.
-End end_by(int signal) {
+/// What becomes of a process that does this, told where to write.
+End end_of(const std::function<void(int)>& process) {
   std::array<int, 2> ends{};
   EXPECT_EQ(::pipe(ends.data()), 0);
   const pid_t child = ::fork();
   if (child == 0) {
     const rlimit no_core{0, 0};
     ::setrlimit(RLIMIT_CORE, &no_core);
-    ToldIo io(ends[1]);
-    const InterruptGuard interrupt;
-    const RigGuard guard(io);
-    ::kill(::getpid(), signal);
-    ::_exit(InterruptGuard::raised() ? was_asked_to_end : went_on);
+    process(ends[1]);
+    ::_exit(went_on);
   }
   ::close(ends[1]);
   End end;
@@ -78,6 +80,41 @@ End end_by(int signal) {
     end.told.append(told.data(), static_cast<std::size_t>(size));
   ::close(ends[0]);
   return end;
+}
+
+/// That gets the signal while it guards a rig.
+End end_by(int signal) {
+  return end_of([signal](int told) {
+    ToldIo io(told);
+    const InterruptGuard interrupt;
+    const RigGuard guard(io);
+    ::kill(::getpid(), signal);
+    ::_exit(InterruptGuard::raised() ? was_asked_to_end : went_on);
+  });
+}
+
+/// That crashes, and crashes in the same thread again while its outputs are made safe.
+End end_by_both(int first, int second) {
+  return end_of([=](int told) {
+    SlowIo io(told, [=] { std::raise(second); });
+    const RigGuard guard(io);
+    std::raise(first);
+  });
+}
+
+/// The same, in another thread.
+End end_by_both_in_threads(int first, int second) {
+  return end_of([=](int told) {
+    std::atomic<bool> at_it{false};
+    SlowIo io(told, [&] { at_it.store(true); });
+    const RigGuard guard(io);
+    std::thread other([&] {
+      while (!at_it.load()) std::this_thread::yield();
+      std::raise(second);
+    });
+    std::raise(first);
+    other.join();
+  });
 }
 
 TEST(RigGuard, NoSignalEndsOrStopsAProcessBeforeItsOutputsAreSafe) {
@@ -106,32 +143,15 @@ TEST(RigGuard, NoSignalEndsOrStopsAProcessBeforeItsOutputsAreSafe) {
 }
 
 TEST(RigGuard, AnotherCrashMeanwhileDoesNotEndTheProcessBeforeItsOutputsAreSafe) {
-  for (const int second : {SIGSEGV, SIGABRT, SIGBUS}) {
-    std::array<int, 2> ends{};
-    ASSERT_EQ(::pipe(ends.data()), 0);
-    const pid_t child = ::fork();
-    if (child == 0) {
-      const rlimit no_core{0, 0};
-      ::setrlimit(RLIMIT_CORE, &no_core);
-      SlowIo io(ends[1]);
-      const RigGuard guard(io);
-      std::thread other([&] { ::pthread_kill(::pthread_self(), SIGSEGV); });
-      const timespec until_the_first_is_at_it{0, 2'000'000};
-      ::nanosleep(&until_the_first_is_at_it, nullptr);
-      std::raise(second);
-      ::_exit(went_on);
-    }
-    ::close(ends[1]);
-    std::string told;
-    std::array<char, 16> bytes;
-    for (ssize_t size; (size = ::read(ends[0], bytes.data(), bytes.size())) > 0;)
-      told.append(bytes.data(), static_cast<std::size_t>(size));
-    ::close(ends[0]);
-    int status = 0;
-    ::waitpid(child, &status, 0);
-    EXPECT_EQ(told, "ss");
-    EXPECT_TRUE(WIFSIGNALED(status));
-  }
+  constexpr int times = 5;
+  for (const auto& end_by_two : {end_by_both, end_by_both_in_threads})
+    for (const int second : {SIGSEGV, SIGABRT, SIGBUS, SIGXCPU})
+      for (int k = 0; k < times; ++k) {
+        SCOPED_TRACE(strsignal(second));
+        const End end = end_by_two(SIGSEGV, second);
+        EXPECT_EQ(end.told, "ss");
+        EXPECT_TRUE(WIFSIGNALED(end.status)) << end.status;
+      }
 }
 
 }  // namespace

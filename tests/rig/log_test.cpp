@@ -2,6 +2,7 @@
 #include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
 #include "experiments/base/bytes.hpp"
+#include "experiments/base/child_process.hpp"
 #include "experiments/rig/log/mcap_reader.hpp"
 #include "experiments/rig/log/mcap_writer.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
@@ -10,8 +11,10 @@
 #include "experiments/rig/replay_run.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
+#include <cerrno>
 #include <cmath>
 #include <cstdlib>
+#include <memory>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -180,6 +183,23 @@ TEST(RunLog, NoticesADiskThatIsFullAndNeverWaitsForIt) {
   settings.folder = (folder / "").string();
   settings.ring_ticks = 16;
   EXPECT_ANY_THROW(RunLog(settings, [](const TickRecord&) {}));  // found before the first tick
+}
+
+/// Bytes arrive, but the disk loses them.
+TEST(RunLog, NoticesADiskThatCannotKeepWhatItTook) {
+  const auto log_with = [](const Folder& folder, int error) {
+    RunLogSettings settings;
+    settings.system = &actuator_description();
+    settings.folder = folder.path();
+    settings.sync = [error](int) { return errno = error, -1; };
+    return std::make_unique<RunLog>(settings, [](const TickRecord&) {});
+  };
+  const Folder folder;
+  EXPECT_THAT(log_with(folder, EIO)->close({}), testing::HasSubstr("run.mcap: cannot be written: Input/output error"));
+  EXPECT_THAT(log_with(folder, ENOSPC)->close({}), testing::HasSubstr("No space left on device"));
+  for (const int cannot_sync : {EINVAL, EROFS}) EXPECT_EQ(log_with(folder, cannot_sync)->close({}), "");
+  const auto log = log_with(folder, EIO);
+  EXPECT_TRUE(wait_until([&] { return log->failed(); }, 10.0));  // while the run still goes on
 }
 
 TEST(Replay, TellsAVariantWithOtherValvesTheModeThatOpensAlike) {

@@ -323,6 +323,7 @@ TEST_F(NodeTest, CommandsThatWereHeldBackMoveNothing) {
   EXPECT_EQ(node.outputs().switches, 0b0010u);
   // Two dozen held for a quarter of a minute while the controller lived on, which it no longer does.
   std::vector<NodePacket> held;
+  held.reserve(24);
   for (int k = 0; k < 24; ++k) held.push_back(command(0b1010));
   double t = 15.0;
   for (const NodePacket& p : held) {

@@ -8,7 +8,6 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <stdexcept>
 
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -45,6 +44,7 @@ RunLog::RunLog(RunLogSettings settings, std::function<void(const TickRecord&)> k
       keep_(std::move(keep)),
       path_(settings_.folder + "/" + settings_.name + ".mcap"),
       ring_(settings_.ring_ticks) {
+  require_no_device(path_);
   file_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (file_ < 0) throw OutputError(fmt::format("{}: cannot be written: {}", path_, std::strerror(errno)));
   if (!settings_.udp_ports.empty()) live_ = loopback_socket();
@@ -97,8 +97,8 @@ void RunLog::work() noexcept {
 }
 
 void RunLog::sync() {
-  if (::fdatasync(file_) != 0 && errno != EINVAL && errno != EROFS)  // of what cannot be synced nothing is asked
-    throw std::runtime_error(fmt::format("{}: {}", path_, std::strerror(errno)));
+  if (settings_.sync(file_) != 0 && errno != EINVAL && errno != EROFS)  // of what cannot be synced nothing is asked
+    throw OutputError(fmt::format("{}: cannot be written: {}", path_, std::strerror(errno)));
 }
 
 void RunLog::drain() {

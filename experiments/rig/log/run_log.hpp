@@ -33,6 +33,7 @@ struct RunLogSettings {
   std::map<std::string, std::string> about;  ///< of the run: what a replay needs
   /// How bytes reach the file: as ::write, or a disk that fails on purpose.
   std::function<ssize_t(int file, const char* bytes, std::size_t size)> write = ::write;
+  std::function<int(int file)> sync = ::fdatasync;  ///< and from there to the disk
 };
 
 /// Takes ticks from the real-time thread and writes them from a thread of its own: MCAP with the topics `tick` and

@@ -1,17 +1,23 @@
 // The report as a browser shows it, and the live page. Needs node and Debian's chromium.
 
 #include "experiments/base/child_process.hpp"
+#include "experiments/campaign/campaign.hpp"
+#include "experiments/report/live/live_server.hpp"
 #include "tests/experiments/needs_uplot.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <chrono>
 #include <csignal>
+#include <future>
+#include <optional>
 #include <regex>
 #include <thread>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
+#include <sys/wait.h>
+#include <unistd.h>
 
 namespace solenoid {
 namespace {
@@ -212,6 +218,39 @@ TEST(LivePage, ShowsARunInRealTimeAsItsTicksCome) {
   EXPECT_EQ(report["runs"][0].at("trace"), "served");
   EXPECT_THAT(body_of(fetch(url, "/trace/cycloidal--thesis_pd--s1")), testing::StartsWith("SLT2"));
   EXPECT_LE(run.stop(SIGINT), 1);  // 1: a shared machine that stood still sent it into SAFE
+}
+
+/// A page of a folder without results, served by the test itself.
+struct ServedPage {
+  test::Folder folder;
+  std::optional<LiveServer> server{std::in_place, read_campaign("rig"), folder.file("r"), 0,
+                                   LiveServer::Earlier::shown};
+  std::vector<pid_t> processes = children_of(::getpid());
+};
+
+TEST(LivePage, IsNotStoppedFromTheTerminal) {
+  NEEDS_UPLOT();
+  const ServedPage page;
+  ASSERT_EQ(page.processes.size(), 1u);
+  const pid_t process = page.processes.front();
+  ASSERT_EQ(::setpgid(process, process), 0);  // else nothing stops it where the tests have no terminal
+  for (const int signal : {SIGTSTP, SIGTTIN, SIGTTOU}) ::kill(process, signal);
+  ASSERT_FALSE(wait_until([&] { return ::waitpid(process, nullptr, WNOHANG | WUNTRACED) != 0; }, 0.5));
+  EXPECT_THAT(fetch(page.server->url(), "/"), testing::StartsWith("HTTP/1.1 200"));
+}
+
+TEST(LivePage, EndsWithTheProgramThoughItWasStopped) {
+  NEEDS_UPLOT();
+  ServedPage page;
+  ASSERT_EQ(page.processes.size(), 1u);
+  const pid_t process = page.processes.front();
+  ::kill(process, SIGSTOP);
+  int status = 0;
+  ASSERT_EQ(::waitpid(process, &status, WUNTRACED), process);
+  ASSERT_TRUE(WIFSTOPPED(status));
+  const auto ended = std::async(std::launch::async, [&] { page.server.reset(); });
+  EXPECT_EQ(ended.wait_for(std::chrono::seconds(5)), std::future_status::ready);
+  ::kill(process, SIGCONT);  // that the test ends
 }
 
 }  // namespace
