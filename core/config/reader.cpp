@@ -38,8 +38,11 @@ struct TableReader::Node {
 
 TableReader::TableReader(std::unique_ptr<Node> node) : node_(std::move(node)) {}
 TableReader::TableReader(Document document) : TableReader(std::make_shared<const Document>(std::move(document))) {}
-TableReader::TableReader(std::shared_ptr<const Document> document)
-    : node_(new Node{document, &document->root(), document->path()}) {}
+TableReader::TableReader(std::shared_ptr<const Document> document) : node_(new Node) {
+  node_->table = &document->root();
+  node_->prefix = document->path();
+  node_->document = std::move(document);
+}
 TableReader::~TableReader() = default;
 TableReader::TableReader(TableReader&&) noexcept = default;
 TableReader& TableReader::operator=(TableReader&&) noexcept = default;

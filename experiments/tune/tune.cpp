@@ -337,6 +337,7 @@ bool has_step_metrics(const SystemDescription& system) {
 
 std::vector<std::string> tune_algorithms() {
   std::vector<std::string> names;
+  names.reserve(std::size(algorithms));
   for (const Algorithm& a : algorithms) names.push_back(a.name);
   return names;
 }
