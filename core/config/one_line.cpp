@@ -7,6 +7,9 @@
 namespace solenoid {
 namespace {
 
+constexpr std::string_view between = " ... ";
+constexpr std::size_t longest = 1'900, from_the_end = 700, from_the_front = longest - from_the_end - between.size();
+
 bool is_control(unsigned char c) { return c < 0x20 || c == 0x7f; }
 
 /// U+0080 to U+009F in UTF-8.
@@ -15,7 +18,8 @@ bool is_long_control(std::string_view text) {
          static_cast<unsigned char>(text[1]) < 0xa0;
 }
 
-void add_shown(std::string& out, std::string_view text) {
+std::string escaped(std::string_view text) {
+  std::string out;
   const auto escape = [&](char c) {
     fmt::format_to(std::back_inserter(out), "\\x{:02x}", static_cast<unsigned char>(c));
   };
@@ -29,20 +33,14 @@ void add_shown(std::string& out, std::string_view text) {
       out += text[i];
     }
   }
+  return out;
 }
 
 }  // namespace
 
 std::string one_line(std::string_view text) {
-  constexpr std::size_t longest = 1'900, from_the_end = 700;
-  std::string out;
-  if (text.size() <= longest) {
-    add_shown(out, text);
-    return out;
-  }
-  add_shown(out, text.substr(0, longest - from_the_end));
-  out += " ... ";
-  add_shown(out, text.substr(text.size() - from_the_end));
+  std::string out = escaped(text);
+  if (out.size() > longest) out.replace(from_the_front, out.size() - from_the_front - from_the_end, between);
   return out;
 }
 

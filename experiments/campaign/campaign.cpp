@@ -237,7 +237,7 @@ class CampaignReader {
       for (std::size_t v = 0; v < campaign_.variants.size(); ++v)
         for (const std::uint64_t seed : campaign_.seeds) {
           CampaignRun run{v, s, seed, "", ""};
-          run.id = fmt::format("{}--{}--s{}", campaign_.scenarios[s].name, campaign_.variants[v].name, seed);
+          run.id = run_id(campaign_.scenarios[s].name, campaign_.variants[v].name, seed);
           run.hash = fingerprint(
               fmt::format("{}\n{}\n{}\n{}", program_fingerprint(), variant_keys_[v], scenario_keys_[s], seed));
           campaign_.runs.push_back(std::move(run));
@@ -254,6 +254,10 @@ class CampaignReader {
 };
 
 }  // namespace
+
+std::string run_id(const std::string& scenario, const std::string& variant, std::uint64_t seed) {
+  return fmt::format("{}--{}--s{}", scenario, variant, seed);
+}
 
 Campaign read_campaign(Library& library, const Selection& selection) {
   return CampaignReader(library, selection).read();

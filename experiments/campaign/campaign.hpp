@@ -31,9 +31,12 @@ struct InputFile {
 struct CampaignRun {
   std::size_t variant = 0, scenario = 0;
   std::uint64_t seed = 1;
-  std::string id;    ///< SCENARIO--VARIANT--sSEED, a file name
+  std::string id;    ///< run_id()
   std::string hash;  ///< of everything configured that the run's result depends on
 };
+
+/// SCENARIO--VARIANT--sSEED, after which the files of a run are named.
+std::string run_id(const std::string& scenario, const std::string& variant, std::uint64_t seed);
 
 /// Variants crossed with scenarios and seeds, read and checked.
 struct Campaign {

@@ -69,10 +69,6 @@ std::optional<RunFile> read_run_file(const std::string& path) {
   return file;
 }
 
-std::string run_id(const RunRecord& record) {
-  return fmt::format("{}--{}--s{}", record.scenario, record.variant, record.seed);
-}
-
 void require_checksums(const RunFile& run, const std::string& path) {
   if (!run.checked) refuse_damage(path, "has no checksum");
   if (!run.trace) refuse_damage(path, "has no checksum of its trace");

@@ -27,9 +27,6 @@ std::string run_file_text(const std::string& configuration, const RunRecord& rec
 /// Reads runs/ID.json. Nothing if it is not there. Throws ConfigError naming the file if it is damaged.
 std::optional<RunFile> read_run_file(const std::string& path);
 
-/// ID, after which the files of a run are named.
-std::string run_id(const RunRecord& record);
-
 /// Throws ConfigError naming the file if it lacks a checksum of what `compare` keeps: the run, and its trace.
 void require_checksums(const RunFile& run, const std::string& path);
 

@@ -87,7 +87,7 @@ Campaign campaign_of(const RunArguments& options) {
   for (int i = 0; i < options.repeat; ++i) {
     CampaignRun run = first;
     run.seed = options.seed + static_cast<std::uint64_t>(i);
-    run.id = fmt::format("{}--{}--s{}", scenario.name, options.variant, run.seed);
+    run.id = run_id(scenario.name, options.variant, run.seed);
     campaign.seeds.push_back(run.seed);
     campaign.runs.push_back(run);
   }

@@ -47,7 +47,8 @@ RunFile read_stored_run(const std::string& folder, const std::string& id) {
   const std::string path = fmt::format("{}/runs/{}.json", folder, id);
   const auto file = read_run_file(path);
   if (!file) throw ConfigError(fmt::format("{}: cannot be read (allowed: {})", path, allowed));
-  if (const std::string named = run_id(file->record); named != id)
+  const RunRecord& record = file->record;
+  if (const std::string named = run_id(record.scenario, record.variant, record.seed); named != id)
     throw ConfigError(fmt::format("{}: is of the run {} (allowed: a file named as its run)", path, shown(named)));
   require_trace(*file, fmt::format("{}/runs/{}.trace", folder, id));
   return *file;

@@ -36,7 +36,7 @@ EmulatedNode::EmulatedNode(std::unique_ptr<FaultyPlant> plant, const Calibration
 
 std::optional<NodePacket> EmulatedNode::take(const NodePacket& packet, const NodePeer& from, double now_s) {
   using Type = NodePacket::Type;
-  tick(now_s);
+  watch(now_s);
   if (packet.type == Type::hello) return welcome(packet, from, now_s);
   if (of_a_node(packet.type)) {  // its own, sent back by somebody
     ++log_.foreign_packets;
@@ -176,6 +176,10 @@ void EmulatedNode::make_safe(double now_s, const char* why) {
 void EmulatedNode::tick(double now_s) {
   if (!begun()) return;
   advance(now_s);
+  watch(now_s);
+}
+
+void EmulatedNode::watch(double now_s) {
   if (safe_ || now_s - last_command_s_ < node_timeout_s) return;
   ++log_.timeouts;
   ++session_timeouts_;

@@ -75,6 +75,8 @@ class EmulatedNode {
   void command(const NodePacket& packet, double now_s);
   void make_safe(double now_s, const char* why);
   NodePacket sample(const NodePacket& asked, double now_s);
+  /// Makes the outputs safe if no command came for too long.
+  void watch(double now_s);
   void advance(double now_s);
   std::uint64_t time_us(double now_s) const { return static_cast<std::uint64_t>(1e6 * time_s(now_s)); }
   void event(double now_s, std::string what);

@@ -42,9 +42,8 @@ TEST(Chaos, IsToldApartFromWhatItCannotDo) {
 std::vector<std::string> found_of_node(const std::string& script) {
   const Folder folder;
   ChaosSettings settings;
-  settings.program = folder.write(
-      "program", "#!/bin/sh\nreport=$7\ncase $1 in emulator) " + script + ";; compare) mkdir -p \"$4/runs\";; esac\n");
-  std::filesystem::permissions(settings.program, std::filesystem::perms::owner_all);
+  settings.program = folder.write_script(
+      "program", "report=$7\ncase $1 in emulator) " + script + ";; compare) mkdir -p \"$4/runs\";; esac\n");
   settings.folder = folder.file("out");
   settings.duration_s = 1.5;
   return chaos(

@@ -19,6 +19,12 @@
 
 namespace solenoid::test {
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool sanitized = true;  ///< memory and time are a sanitizer's own: it keeps what was freed
+#else
+constexpr bool sanitized = false;
+#endif
+
 /// A folder of its own for a test, removed afterwards.
 class Folder {
  public:
@@ -39,6 +45,12 @@ class Folder {
   std::string write(const std::string& name, const std::string& text) const {
     std::ofstream(file(name)) << text;
     return file(name);
+  }
+  /// A program that does what a shell script says.
+  std::string write_script(const std::string& name, const std::string& script) const {
+    std::string program = write(name, "#!/bin/sh\n" + script);
+    std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+    return program;
   }
   const std::string& path() const { return path_; }
 

@@ -14,15 +14,9 @@ using test::Folder;
 using test::ProgramRun;
 using test::run_program;
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool measured = false;  // a sanitizer keeps what was freed, and counts what was done
-#else
-constexpr bool measured = true;
-#endif
-
 void expect_nothing_found(const nlohmann::json& soak) {
   for (const std::string what : soak.at("findings"))
-    if (measured || !what.starts_with("memory grew")) ADD_FAILURE() << what;
+    if (!test::sanitized || !what.starts_with("memory grew")) ADD_FAILURE() << what;
 }
 
 TEST(Soak, AccountsForEveryTickInConstantMemory) {
@@ -38,7 +32,7 @@ TEST(Soak, AccountsForEveryTickInConstantMemory) {
 
 TEST(Soak, InterruptedEndsWithItsOwnCodeAndWhatItSaw) {
   const Folder folder;
-  const std::string after_s = measured ? "6" : "20";
+  const std::string after_s = test::sanitized ? "20" : "6";
   const ProgramRun run =
       run_program(folder, "soak --duration 600 --format json", "timeout --preserve-status --signal INT " + after_s);
   ASSERT_EQ(run.exit_code, 130) << run.err << run.out;
@@ -60,9 +54,8 @@ TEST(Soak, InterruptedBeforeTheRunBeganFindsNothing) {
 std::vector<std::string> found_in(const std::string& script, bool interrupted) {
   const Folder folder;
   SoakSettings settings;
-  settings.program = folder.write(
-      "program", "#!/bin/sh\nready=${0%/*}/ready\ncase $1 in emulator) exec sleep 60;; run) " + script + ";; esac\n");
-  std::filesystem::permissions(settings.program, std::filesystem::perms::owner_all);
+  settings.program = folder.write_script(
+      "program", "ready=${0%/*}/ready\ncase $1 in emulator) exec sleep 60;; run) " + script + ";; esac\n");
   settings.folder = folder.file("out");
   settings.duration_s = 1.0;
   settings.overtime_s = 1.0;

@@ -18,6 +18,7 @@ TEST(OneLine, LeavesOutTheMiddleOfWhatIsTooLong) {
   EXPECT_TRUE(line.starts_with("bbb"));
   EXPECT_NE(line.find("b ... e"), std::string::npos);
   EXPECT_TRUE(line.ends_with("e(allowed: less)"));
+  EXPECT_EQ(one_line(line), line);
   EXPECT_EQ(one_line(std::string(1900, 'x')), std::string(1900, 'x'));
 }
 

@@ -17,11 +17,6 @@ using ::testing::Not;
 
 constexpr double most_cpu_s = 5.0;
 constexpr long most_kilobytes = 500'000;
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool measured = false;  // a sanitizer's own memory and time
-#else
-constexpr bool measured = true;
-#endif
 
 struct HostileFile {
   const char* name;       ///< of the case
@@ -273,7 +268,7 @@ TEST_P(HostileFileTest, IsRefusedInOneLineAtLittleCost) {
   for (const char* words : GetParam().said) EXPECT_THAT(said, HasSubstr(words));
   RecordProperty("cpu_ms", static_cast<int>(1e3 * cost.cpu_s));
   RecordProperty("kilobytes", static_cast<int>(cost.kilobytes));
-  if (!measured) return;
+  if (sanitized) return;
   EXPECT_LT(cost.cpu_s, most_cpu_s);
   EXPECT_LT(cost.kilobytes, most_kilobytes);
 }
