@@ -24,49 +24,62 @@ namespace {
 constexpr int most_packets = 32;  // taken between two looks at the commands' time, however many more there are
 
 /// A socket on the loopback interface alone.
-class Socket {
+class Socket final : public NodePort {
  public:
   explicit Socket(int port) : file_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
-    sockaddr_in at{};
-    at.sin_family = AF_INET;
-    at.sin_port = htons(static_cast<std::uint16_t>(port));
-    at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    const sockaddr_in at = address({INADDR_LOOPBACK, static_cast<std::uint16_t>(port)});
     if (file_ < 0 || ::bind(file_, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0) {
       const std::string why = std::strerror(errno);
       if (file_ >= 0) ::close(file_);
       throw OutputError(fmt::format("127.0.0.1:{}: cannot be listened on: {}", port, why));
     }
   }
-  ~Socket() { ::close(file_); }
+  ~Socket() override { ::close(file_); }
   Socket(const Socket&) = delete;
   Socket& operator=(const Socket&) = delete;
 
-  ssize_t receive(char* bytes, std::size_t size, sockaddr_in& from) {
-    socklen_t length = sizeof from;
-    return ::recvfrom(file_, bytes, size, MSG_DONTWAIT, reinterpret_cast<sockaddr*>(&from), &length);
+  double now_s() override { return clock_.now_s(); }
+  std::optional<std::string_view> receive(NodePeer& from) override {
+    sockaddr_in sender{};
+    socklen_t length = sizeof sender;
+    const ssize_t size =
+        ::recvfrom(file_, bytes_.data(), bytes_.size(), MSG_DONTWAIT, reinterpret_cast<sockaddr*>(&sender), &length);
+    if (size < 0) return std::nullopt;
+    from = {ntohl(sender.sin_addr.s_addr), ntohs(sender.sin_port)};
+    return std::string_view(bytes_.data(), static_cast<std::size_t>(size));
   }
-  void send(std::string_view bytes, const sockaddr_in& to) {
-    [[maybe_unused]] const ssize_t sent =
-        ::sendto(file_, bytes.data(), bytes.size(), MSG_DONTWAIT, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+  void send(std::string_view bytes, const NodePeer& to) override {
+    const sockaddr_in receiver = address(to);
+    [[maybe_unused]] const ssize_t sent = ::sendto(file_, bytes.data(), bytes.size(), MSG_DONTWAIT,
+                                                   reinterpret_cast<const sockaddr*>(&receiver), sizeof receiver);
   }
-  void wait(double seconds) {
+  void wait(double seconds) override {
     const timespec rest{0, static_cast<long>(1e9 * seconds)};
     pollfd ready{file_, POLLIN, 0};
     ::ppoll(&ready, 1, &rest, nullptr);
   }
 
  private:
+  static sockaddr_in address(const NodePeer& peer) {
+    sockaddr_in at{};
+    at.sin_family = AF_INET;
+    at.sin_port = htons(peer.port);
+    at.sin_addr.s_addr = htonl(peer.address);
+    return at;
+  }
+
   int file_;
+  MonotonicClock clock_;
+  std::array<char, NodePacket::most_size + 1> bytes_;  // one more than a packet has: what is too long shows
 };
 
 /// The way between node and controller, with the packets that the script loses, delays, repeats or spoils.
 class Wire {
  public:
-  Wire(Socket& socket, const EmulatorSettings& settings)
-      : socket_(socket), settings_(settings), random_(settings.seed) {}
+  Wire(NodePort& port, const EmulatorSettings& settings) : port_(port), settings_(settings), random_(settings.seed) {}
 
   bool lost(double time_s) { return happens("lost", time_s); }
-  void send(const NodePacket& packet, const sockaddr_in& to, double now_s, double time_s) {
+  void send(const NodePacket& packet, const NodePeer& to, double now_s, double time_s) {
     if (lost(time_s)) return;
     std::array<char, NodePacket::most_size> room;
     std::string bytes(room.data(), packet.encode(room, settings_.key ? &*settings_.key : nullptr));
@@ -80,7 +93,7 @@ class Wire {
   }
   void flush(double now_s) {
     while (!queue_.empty() && queue_.front().due_s <= now_s) {
-      socket_.send(queue_.front().bytes, queue_.front().to);
+      port_.send(queue_.front().bytes, queue_.front().to);
       queue_.pop_front();
     }
   }
@@ -89,7 +102,7 @@ class Wire {
   struct Waiting {
     double due_s;
     std::string bytes;
-    sockaddr_in to;
+    NodePeer to;
   };
   bool happens(const char* kind, double time_s) {
     for (const InjectedFault& f : settings_.faults)
@@ -99,7 +112,7 @@ class Wire {
     return false;
   }
 
-  Socket& socket_;
+  NodePort& port_;
   const EmulatorSettings& settings_;
   std::mt19937_64 random_;
   std::deque<Waiting> queue_;
@@ -120,11 +133,34 @@ void fail_as_told(const EmulatorSettings& settings, double time_s, std::vector<b
 
 }  // namespace
 
+void serve(EmulatedNode& node, const EmulatorSettings& settings, NodePort& port, const std::function<bool()>& stop) {
+  Wire wire(port, settings);
+  std::vector<bool> done(settings.faults.size());
+  double heard_s = 0.0;
+  const NodeKey* const key = settings.key ? &*settings.key : nullptr;
+  while (!stop()) {
+    NodePeer from;
+    for (int taken = 0; taken < most_packets; ++taken) {
+      const auto bytes = port.receive(from);
+      if (!bytes) break;
+      const double now_s = port.now_s(), time_s = node.begun() ? node.time_s(now_s) : 0.0;
+      const auto packet = NodePacket::decode(*bytes, key);
+      if (!packet || wire.lost(time_s)) continue;
+      heard_s = now_s;
+      if (const auto answer = node.take(*packet, from, now_s)) wire.send(*answer, from, now_s, time_s);
+    }
+    const double now_s = port.now_s();
+    node.tick(now_s);
+    wire.flush(now_s);
+    if (node.begun()) fail_as_told(settings, node.time_s(now_s), done);
+    if (heard_s > 0 && settings.idle_exit_s > 0 && now_s - heard_s > settings.idle_exit_s) return;
+    port.wait(0.5e-3);
+  }
+}
+
 void serve(EmulatedNode& node, const EmulatorSettings& settings, const std::function<bool()>& stop,
            const std::function<void(const std::string&)>& listening) {
   Socket socket(settings.port);
-  Wire wire(socket, settings);
-  std::vector<bool> done(settings.faults.size());
   prepare_thread("node");
   std::string setup = "as an ordinary thread";
   if (settings.priority > 0) {
@@ -132,29 +168,7 @@ void serve(EmulatedNode& node, const EmulatorSettings& settings, const std::func
     setup = step.granted ? step.what : step.what + " refused (" + step.detail + ")";
   }
   listening(setup);
-  MonotonicClock clock;
-  double heard_s = 0.0;
-  const NodeKey* const key = settings.key ? &*settings.key : nullptr;
-  while (!stop()) {
-    std::array<char, NodePacket::most_size + 1> bytes;
-    sockaddr_in from{};
-    ssize_t size = 0;
-    for (int taken = 0; taken < most_packets && (size = socket.receive(bytes.data(), bytes.size(), from)) >= 0;
-         ++taken) {
-      const double now_s = clock.now_s(), time_s = node.begun() ? node.time_s(now_s) : 0.0;
-      const auto packet = NodePacket::decode({bytes.data(), static_cast<std::size_t>(size)}, key);
-      if (!packet || wire.lost(time_s)) continue;
-      heard_s = now_s;
-      const NodePeer peer{ntohl(from.sin_addr.s_addr), ntohs(from.sin_port)};
-      if (const auto answer = node.take(*packet, peer, now_s)) wire.send(*answer, from, now_s, time_s);
-    }
-    const double now_s = clock.now_s();
-    node.tick(now_s);
-    wire.flush(now_s);
-    if (node.begun()) fail_as_told(settings, node.time_s(now_s), done);
-    if (heard_s > 0 && settings.idle_exit_s > 0 && now_s - heard_s > settings.idle_exit_s) return;
-    socket.wait(0.5e-3);
-  }
+  serve(node, settings, socket, stop);
 }
 
 std::string node_report(const EmulatedNode& node, const SystemDescription& system) {

@@ -3,7 +3,9 @@
 #include "experiments/rig/emulated_node.hpp"
 
 #include <functional>
+#include <optional>
 #include <string>
+#include <string_view>
 
 namespace solenoid {
 
@@ -16,6 +18,22 @@ struct EmulatorSettings {
   double idle_exit_s = 0.0;  ///< ends after so long without a packet, once one has come; 0: never
   int priority = 85;         ///< SCHED_FIFO; 0: as it is
 };
+
+/// Where the node's loop takes packets and answers them, and the time it does: a socket and the monotonic clock, or
+/// what a test makes of them.
+class NodePort {
+ public:
+  virtual ~NodePort() = default;
+  virtual double now_s() = 0;
+  /// The next packet's bytes, valid until the next call, and who sent it; none: nothing has come.
+  virtual std::optional<std::string_view> receive(NodePeer& from) = 0;
+  virtual void send(std::string_view bytes, const NodePeer& to) = 0;
+  virtual void wait(double seconds) = 0;  ///< at most so long, or until a packet has come
+};
+
+/// Serves the node on a port until `stop()`. However many packets come, it looks at the commands' time before each
+/// that is one and after every 32.
+void serve(EmulatedNode& node, const EmulatorSettings& settings, NodePort& port, const std::function<bool()>& stop);
 
 /// Serves the node on 127.0.0.1 in real time until `stop()`. Throws OutputError if the port cannot be had.
 /// `listening` is called once it can be reached.

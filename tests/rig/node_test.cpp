@@ -3,7 +3,7 @@
 #include "core/systems/actuator/signals.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/simulated_system.hpp"
-#include "experiments/rig/emulated_node.hpp"
+#include "experiments/rig/emulator.hpp"
 #include "experiments/rig/rig_file.hpp"
 #include "experiments/rig/udp_io.hpp"
 #include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
@@ -205,6 +205,48 @@ TEST_F(NodeTest, GoesSafeWithinTwentyMillisecondsOfTheLastCommandAndCountsIt) {
   take(packet(Type::safe), 0.051);
   EXPECT_EQ(node.outputs(), Command{});
 }
+
+/// The same packet of a stranger's without end, or for two seconds: a loop that never ends shows as one that is late.
+class Flood final : public NodePort {
+ public:
+  Flood(double every_s, std::string bytes) : every_s_(every_s), bytes_(std::move(bytes)) {}
+  double now_s() override { return now_s_; }
+  std::optional<std::string_view> receive(NodePeer& from) override {
+    if (now_s_ > 2.0) return std::nullopt;
+    now_s_ += every_s_;
+    from = stranger;
+    return bytes_;
+  }
+  void send(std::string_view, const NodePeer&) override {}
+  void wait(double seconds) override { now_s_ += seconds; }
+
+ private:
+  double every_s_, now_s_ = 0.0;
+  std::string bytes_;
+};
+
+/// A flood's packets are valid, or none; each takes so long on a slow machine.
+struct NodeUnderFlood : NodeTest {
+  void safe_in_time(double every_s, const std::string& bytes) {
+    open(0.0);
+    take(command(0b0101, 1.0), 0.0);
+    ASSERT_EQ(node.outputs().switches, 0b0101u);
+    Flood port(every_s, bytes);
+    serve(node, {}, port, [&] { return port.now_s() > 0.5; });
+    EXPECT_EQ(node.outputs(), Command{});
+    EXPECT_EQ(node.log().timeouts, 1);
+    EXPECT_GE(node.log().safe_after_s, node_timeout_s);
+    EXPECT_LE(node.log().safe_after_s, 0.020);
+  }
+};
+
+TEST_F(NodeUnderFlood, LooksForATimeoutBeforeEachPacket) {
+  std::array<char, NodePacket::most_size> room;
+  const std::size_t size = hello(12).encode(room, nullptr);
+  safe_in_time(0.9e-3, {room.data(), size});
+}
+
+TEST_F(NodeUnderFlood, LooksAwayFromWhatIsNoPacketInTime) { safe_in_time(25e-6, std::string(200, 'x')); }
 
 TEST_F(NodeTest, NoTimeoutBeforeTheFirstCommandOfASession) {
   open(0.0);
