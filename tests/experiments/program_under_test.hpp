@@ -24,6 +24,11 @@ constexpr bool sanitized = true;  ///< memory and time are a sanitizer's own: it
 #else
 constexpr bool sanitized = false;
 #endif
+#ifdef __SANITIZE_THREAD__
+constexpr bool may_limit_files = false;  ///< this sanitizer's runtime writes a large one of its own before main()
+#else
+constexpr bool may_limit_files = true;
+#endif
 
 /// A folder of its own for a test, removed afterwards.
 class Folder {
