@@ -81,8 +81,8 @@ TEST(AnySystemNode, CarriesTheSystemsOwnChannels) {
         folder,
         fmt::format("run {} --plant emulator {} --duration 0.5 --quiet --format json --out {}", variant, at, variant),
         fmt::format(
-            "{{ '{}' emulator --variant {} --port {} --idle-exit 3 --report node.json & }} 2>emulator.txt; sleep 0.5;",
-            SOLENOID_PROGRAM, variant, port));
+            "{{ '{}' emulator --variant {} --port {} --idle-exit {} --report node.json & }} 2>emulator.txt; sleep 0.5;",
+            SOLENOID_PROGRAM, variant, port, test::sanitized ? 20 : 3));
     EXPECT_TRUE(run.exit_code == 0 || run.exit_code == 1) << run.err;
     EXPECT_THAT(run.err, Not(HasSubstr("not plausible")));
     EXPECT_THAT(refusal_of(folder, fmt::format("run nine_state --plant emulator {} --out other", at)),
