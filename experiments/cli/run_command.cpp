@@ -148,13 +148,13 @@ int run(const RunArguments& chosen) {
   require_real_time(variant);
   const std::string folder = options.out.empty() ? "results/run-" + compact_timestamp() : options.out;
   const InterruptGuard guard;
+  std::signal(SIGUSR1, [](int) { rearm_signal.store(true); });
   std::optional<LiveServer> server;
   if (options.live) {
     server.emplace(campaign, folder, options.live_port, LiveServer::Earlier::repeated);
     options.session.live_socket = server->tick_socket();
     fmt::print(stderr, "live page at {}\n", server->url());
   }
-  std::signal(SIGUSR1, [](int) { rearm_signal.store(true); });
   ResultsFolder results(folder, campaign, 1);
   std::vector<RunRecord> records;
   nlohmann::ordered_json list = nlohmann::ordered_json::array();

@@ -104,7 +104,7 @@ SoakOutcome soak(const SoakSettings& settings, const std::function<bool()>& inte
             {"run", settings.variant, "--plant", "emulator", "--node", "127.0.0.1:" + port, "--duration",
              fmt::format("{}", settings.duration_s), "--rig", file("rig.toml"), "--out", file("run"), "--quiet",
              "--format", "json", "--rearm-wait", "3600"},
-            file("run.json"));
+            file("run.json"), [] { std::signal(SIGUSR1, SIG_IGN); });  // until it listens for it
   const BusyThreads load(settings.load);
   SoakOutcome outcome;
   MonotonicClock clock;
