@@ -5,7 +5,6 @@
 #include "experiments/base/busy_threads.hpp"
 #include "experiments/base/child_process.hpp"
 #include "experiments/base/files.hpp"
-#include "experiments/base/result.hpp"
 #include "experiments/base/small_disk.hpp"
 #include "experiments/campaign/same_results.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
@@ -14,11 +13,11 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <optional>
 #include <random>
 #include <set>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -328,7 +327,7 @@ class Chaos {
     const auto text = read_whole_file(path);
     if (!text) return find(fmt::format("the node left no report after: {}", allowed.done));
     ++outcome_.reports;
-    const Json report = parse_json(*text, path);
+    const auto report = parse_json(*text, path);
     if (report.at("timeouts") > 0) look_at_delay(report.at("safe_after_ms"), allowed);
     if (told_to_end && report.at("sessions") > 0)
       find(fmt::format("the node did not end by itself after: {}", allowed.done));
@@ -366,40 +365,6 @@ ChaosOutcome chaos(const ChaosSettings& settings, const std::function<bool()>& i
                    const std::function<void(const std::string&)>& tell) {
   create_folder(settings.folder);
   return Chaos(settings, interrupted, tell).run();
-}
-
-Result result_of(const ChaosOutcome& outcome) {
-  using Column = Table::Column;
-  Table strikes{.name = "strikes", .columns = {Column("what", "what was done", "<"), Column("times", "times")}};
-  for (const auto& [what, times] : outcome.strikes) strikes.add({what, times});
-  Table exits{
-      .name = "exits",
-      .columns = {Column("command", "command", "<"), Column("exit_code", "exit code"), Column("times", "times")}};
-  for (const auto& [command, codes] : outcome.exits)
-    for (const auto& [code, times] : codes) exits.add({command, code, times});
-  Result result{.facts = {{"campaigns", outcome.campaigns},
-                          {"results", outcome.results},
-                          {"traces", outcome.traces},
-                          {"damaged", outcome.redone},
-                          {"runs", outcome.runs},
-                          {"logs", outcome.logs},
-                          {"ticks", outcome.ticks},
-                          {"node_reports", outcome.reports},
-                          {"worst_safe_ms", outcome.worst_safe_ms},
-                          {"left_out", outcome.left_out},
-                          {"findings", outcome.findings}},
-                .tables = {strikes, exits}};
-  result.notes.push_back(
-      fmt::format("{} campaigns whole after all, {} results and {} traces equal to the undisturbed ones but for those "
-                  "below; {} runs in real "
-                  "time, {} logs of {} ticks read, {} reports of nodes, outputs safe at the latest {:.1f} ms after the "
-                  "last command",
-                  outcome.campaigns, outcome.results, outcome.traces, outcome.runs, outcome.logs, outcome.ticks,
-                  outcome.reports, outcome.worst_safe_ms));
-  for (const std::string& what : outcome.left_out) result.notes.push_back("left out: " + what);
-  for (const std::string& what : outcome.findings) result.notes.push_back("FOUND " + what);
-  if (outcome.findings.empty()) result.notes.emplace_back("nothing found");
-  return result;
 }
 
 }  // namespace solenoid
