@@ -1,51 +1,41 @@
 #pragma once
 
-#include "controllers/registered_systems.hpp"
 #include "core/mpc/solver.hpp"
 
 #include <functional>
 #include <memory>
-#include <variant>
+#include <utility>
 
 namespace solenoid {
 
-/// A row of the catalogue makes its solver as this.
+struct VariantConfig;
+
+/// A solver over a model that is known.
 template <HybridModel M>
 using SolverPtr = std::unique_ptr<Solver<M>>;
-
-/// A solver over any of the models that controllers believe.
-using AnySolver = AllModels::AnyOf<SolverPtr>;
-/// A problem over any of them.
-using AnyProblem = AllModels::AnyOf<Problem>;
+/// A solver over whatever model.
+using AnySolverPtr = std::unique_ptr<AnySolver>;
 
 /// Puts something around a solver before a controller gets it: a thread, a recorder, a stopwatch, injected faults.
-using SolverDecorator = std::function<AnySolver(AnySolver)>;
-
-/// A decorator from wrap(std::unique_ptr<Solver<M>>), which returns a std::unique_ptr<Solver<M>> again.
-template <class Wrap>
-SolverDecorator decorator(Wrap wrap) {
-  return [wrap](AnySolver solver) mutable {
-    return std::visit([&](auto inner) { return AnySolver(wrap(std::move(inner))); }, std::move(solver));
-  };
-}
+using SolverDecorator = std::function<AnySolverPtr(AnySolverPtr)>;
 
 /// A solver that passes everything on: what decorators change, they override.
-template <HybridModel M>
-class SolverAround : public Solver<M> {
+class SolverAround : public AnySolver {
  public:
-  explicit SolverAround(std::unique_ptr<Solver<M>> inner) : inner_(std::move(inner)) {}
-  void prepare(const Problem<M>& problem) override { inner_->prepare(problem); }
-  SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
-    return inner_->solve(problem, plan, deadline);
-  }
+  explicit SolverAround(AnySolverPtr inner) : inner_(std::move(inner)) {}
   bool anticipates() const override { return inner_->anticipates(); }
-  void anticipate(const Problem<M>& expected, const Plan<M>& warm_start) noexcept override {
-    inner_->anticipate(expected, warm_start);
-  }
   bool time_phases(PhaseTimes* into) noexcept override { return inner_->time_phases(into); }
 
  protected:
-  std::unique_ptr<Solver<M>> inner_;
+  void do_prepare(const AnyProblem& problem) override { inner_->prepare(problem); }
+  SolveReport do_solve(const AnyProblem& problem, AnyPlan& plan, Deadline deadline) noexcept override {
+    return inner_->solve(problem, plan, deadline);
+  }
+  void do_anticipate(const AnyProblem& expected, const AnyPlan& warm_start) noexcept override {
+    inner_->anticipate(expected, warm_start);
+  }
+
+  AnySolverPtr inner_;
 };
 
 }  // namespace solenoid

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "controllers/any_solver.hpp"
+#include "controllers/solver_makers.hpp"
 #include "controllers/variant.hpp"
 #include "core/reference/motion.hpp"
 #include "core/rt/controller.hpp"
@@ -26,7 +26,7 @@ struct SolverRow {
   bool pulses = false;               ///< plans a mode a tick: blocks are model steps
   std::vector<std::string> groups;   ///< of keys that it reads (variant_keys.hpp)
   std::vector<std::string> modes{};  ///< mode sets that it works with; empty: all
-  MakerFor<AllModels, SolverPtr, const VariantConfig&> make;
+  SolverMakers make;
   /// Throws by table.fail() what a combination of keys cannot be.
   void (*check)(TableReader& table, const VariantConfig& variant) = [](TableReader&, const VariantConfig&) {};
 };
@@ -43,9 +43,6 @@ struct LawRow {
 struct EstimatorName {
   std::string name, summary;
 };
-
-/// The solvers of every system, as `list` shows them.
-std::vector<SolverRow> common_solvers();
 
 /// For rows whose solver cuts pulses in intervals as long as the longest delay, which are tried one by one.
 void check_pulses(TableReader& table, const VariantConfig& variant);

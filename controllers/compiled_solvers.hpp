@@ -6,52 +6,69 @@
 #include "solvers/rounding/relax_and_round.hpp"
 
 #include <memory>
+#include <tuple>
 
 namespace solenoid {
 
 /// Solvers for the models that controllers believe, each compiled once: whoever makes one from its class compiles it
-/// again.
+/// again. They are defined in compiled_solvers.ipp and compiled_relaxed.ipp; a model has one file that compiles them.
 template <HybridModel M>
 using RelaxedPtr = std::unique_ptr<RelaxedSolver<M>>;
 
-/// The two halves of relaxing and rounding.
-struct RoundingParts {
-  ProjectedGradientSettings relaxation;
-  RelaxAndRoundSettings rounding;
-};
-/// Makers of relaxing and rounding, for every model.
-const MakerFor<AllModels, SolverPtr, const RoundingParts&>& rounding_makers();
-/// Of the relaxed solver alone.
-const MakerFor<AllModels, RelaxedPtr, const ProjectedGradientSettings&>& projected_gradient_makers();
-
-/// The size of a mode set is known when a problem is prepared: preparing throws std::invalid_argument for one that is
-/// not compiled in (sqp: seven_mode; ipopt: two_way, seven_mode). Sizes cost a compiler half a minute each, so not every
-/// model has some.
-struct AsCompiled {};
-/// Makers of the relaxed SQP.
-const MakerFor<AllModels, RelaxedPtr, AsCompiled>& relaxed_sqp_makers();
-/// Of the reference, for the models of relaxed_sqp_makers().
-const MakerFor<AllModels, RelaxedPtr, AsCompiled>& relaxed_ipopt_makers();
-
+/// Branch and bound, or without pruning every sequence.
+template <HybridModel M>
+SolverPtr<M> make_tree_search(bool prune);
 /// Relaxes and rounds.
 template <HybridModel M>
-SolverPtr<M> make_rounding(const ProjectedGradientSettings& relaxation, const RelaxAndRoundSettings& rounding) {
-  return rounding_makers().of<M>({relaxation, rounding});
-}
+SolverPtr<M> make_rounding(const ProjectedGradientSettings& relaxation, const RelaxAndRoundSettings& rounding);
 /// The relaxed solver alone, as make_rounding() has it.
 template <HybridModel M>
-RelaxedPtr<M> make_projected_gradient(const ProjectedGradientSettings& settings) {
-  return projected_gradient_makers().of<M>(settings);
-}
-/// The relaxed SQP; null for a model that it is not compiled for.
+RelaxedPtr<M> make_projected_gradient(const ProjectedGradientSettings& settings);
+/// By Bonmin.
 template <HybridModel M>
-RelaxedPtr<M> make_relaxed_sqp() {
-  return relaxed_sqp_makers().makes<M>() ? relaxed_sqp_makers().of<M>({}) : nullptr;
-}
-/// The reference; null where make_relaxed_sqp() is.
+SolverPtr<M> make_bonmin();
+
+/// A size of the relaxed problem: weights of the modes' hull, rows of memory (solvers/sqp/sqp.hpp).
+template <int weights, int memory>
+struct SqpSize;
+/// The sizes that SQP and Ipopt are compiled in for a model. Each costs a compiler half a minute, so there are none where
+/// a model does not say so.
 template <HybridModel M>
-RelaxedPtr<M> make_relaxed_ipopt() {
-  return relaxed_ipopt_makers().makes<M>() ? relaxed_ipopt_makers().of<M>({}) : nullptr;
-}
+struct RelaxedSizes {
+  using Sqp = std::tuple<>;
+  using Ipopt = std::tuple<>;
+};
+/// The relaxed SQP. The size is known when a problem is prepared: preparing throws std::invalid_argument for a mode set
+/// of a size that is not compiled. Null for a model without sizes.
+template <HybridModel M>
+RelaxedPtr<M> make_relaxed_sqp();
+/// The reference, by Ipopt; the same of its sizes.
+template <HybridModel M>
+RelaxedPtr<M> make_relaxed_ipopt();
+
+/// The lower end of a problem: what its relaxation costs.
+class RelaxedBound {
+ public:
+  virtual ~RelaxedBound() = default;
+  /// The best relaxed plan found downwards from an integer one: projected gradients, which cross the physics' kinks, then
+  /// SQP for a first-order point, where it is compiled. status: optimal at such a point.
+  virtual SolveReport solve(const AnyProblem& problem, const AnyPlan& start) = 0;
+};
+
+/// What of a model is asked by whoever knows its problems as AnyProblem alone.
+class ModelTools {
+ public:
+  virtual ~ModelTools() = default;
+  /// The independent judge, evaluate() of core/mpc/rollout.hpp.
+  virtual SolveReport evaluate(const AnyProblem& problem, AnyPlan& plan) const noexcept = 0;
+  /// make_rounding().
+  virtual AnySolverPtr rounding(const ProjectedGradientSettings& relaxation,
+                                const RelaxAndRoundSettings& rounding) const = 0;
+  /// For problems of this shape.
+  virtual std::unique_ptr<RelaxedBound> relaxed_bound(const AnyProblem& shape) const = 0;
+};
+/// Those of a model.
+template <HybridModel M>
+const ModelTools& model_tools();
 
 }  // namespace solenoid

@@ -1,6 +1,9 @@
 #include "controllers/factory.hpp"
 
+#include <stdexcept>
 #include <vector>
+
+#include <fmt/format.h>
 
 namespace solenoid {
 
@@ -8,6 +11,15 @@ std::unique_ptr<Controller> make_controller(const VariantConfig& v, const Motion
                                             const SolverDecorator& decorate) {
   if (const LawRow* law = find_row(system_of(v).laws(), v.solver)) return law->make(v, reference);
   return system_of(v).mpc(v, reference, decorate);
+}
+
+AnySolverPtr make_solver(const SolverRow& row, std::type_index model, const VariantConfig& variant) {
+  if (AnySolverPtr made = row.make.make(model, variant)) return made;
+  throw std::invalid_argument(fmt::format("the solver '{}' is not made for this model", row.name));
+}
+
+AnySolverPtr make_solver(const VariantConfig& variant) {
+  return make_solver(solver_row(variant), system_of(variant).problem(variant)->model_type(), variant);
 }
 
 std::unique_ptr<FallbackLadder> make_ladder(const VariantConfig& v, const Motion& reference, LadderSettings settings,

@@ -4,9 +4,7 @@
 #include "controllers/systems.hpp"
 
 #include <memory>
-#include <stdexcept>
-
-#include <fmt/format.h>
+#include <typeindex>
 
 namespace solenoid {
 
@@ -15,20 +13,24 @@ namespace solenoid {
 std::unique_ptr<Controller> make_controller(const VariantConfig& variant, const Motion& reference,
                                             const SolverDecorator& decorate = {});
 
-/// The problem a variant poses in each period, without state and reference. Throws std::bad_variant_access if Model is
-/// not the variant's.
+/// The problem a variant poses in each period, without state and reference. Throws std::bad_cast if Model is not the
+/// variant's.
 template <HybridModel Model>
 Problem<Model> make_problem(const VariantConfig& variant) {
-  return std::get<Problem<Model>>(system_of(variant).problem(variant));
+  return dynamic_cast<Problem<Model>&>(*system_of(variant).problem(variant));
 }
 
-/// The variant's solver. Throws std::invalid_argument where it is not made for the model.
+/// The solver of a row for a model and a variant. Throws std::invalid_argument where it is not made for the model.
+AnySolverPtr make_solver(const SolverRow& row, std::type_index model, const VariantConfig& variant);
+/// The variant's solver for the model that it believes; throws the same.
+AnySolverPtr make_solver(const VariantConfig& variant);
+/// The variant's solver for this model; throws the same.
 template <HybridModel Model>
 SolverPtr<Model> make_solver(const VariantConfig& variant) {
-  const SolverRow& row = solver_row(variant);
-  if (!row.make.template makes<Model>())
-    throw std::invalid_argument(fmt::format("the solver '{}' is not made for this model", row.name));
-  return row.make.template of<Model>(variant);
+  AnySolverPtr made = make_solver(solver_row(variant), typeid(Model), variant);
+  SolverPtr<Model> solver(&dynamic_cast<Solver<Model>&>(*made));
+  static_cast<void>(made.release());
+  return solver;
 }
 /// The solver of this name with the settings of a variant of the first system that says nothing more.
 template <HybridModel Model>

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "controllers/common_solvers.hpp"
 #include "controllers/estimators/kalman_estimator.hpp"
 #include "controllers/factory.hpp"
 #include "controllers/ladder/kalman_guard.hpp"
@@ -7,6 +8,8 @@
 #include "controllers/own_settings.hpp"
 #include "core/config/reader.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -27,19 +30,21 @@ class ModelSystem : public System {
   /// Of each state, magnitudes up to which the plant counts as at rest.
   virtual StateOf<M> rest() const = 0;
 
-  AnyProblem problem(const VariantConfig& v) const override { return problem_of(v, make_horizon(v)); }
+  std::unique_ptr<AnyProblem> problem(const VariantConfig& v) const override {
+    return std::make_unique<Problem<M>>(problem_of(v, make_horizon(v)));
+  }
+  const ModelTools& tools(const VariantConfig&) const override { return model_tools<M>(); }
   Estimator estimator(const VariantConfig& v) const override {
     return Estimator(KalmanEstimator<M>(model(v), filter(v), v.timing.tick_s));
   }
   std::unique_ptr<Controller> mpc(const VariantConfig& v, const Motion& reference,
                                   const SolverDecorator& decorate) const override {
-    AnySolver solver = make_solver<M>(v);
+    AnySolverPtr solver = make_solver(v);
     if (decorate) solver = decorate(std::move(solver));
     using Mpc = MpcController<M, Inputs>;
-    return make_shell(
-        v, reference,
-        Mpc({problem_of(v, make_horizon(v)), std::get<SolverPtr<M>>(std::move(solver)), v.integral, v.deadline_ms,
-             v.latency_ticks, v.timing.ticks_per_period, this->description().outputs, Inputs()}));
+    return make_shell(v, reference,
+                      Mpc({problem_of(v, make_horizon(v)), std::move(solver), v.integral, v.deadline_ms,
+                           v.latency_ticks, v.timing.ticks_per_period, this->description().outputs, Inputs()}));
   }
   std::unique_ptr<Guard> guard(const VariantConfig& v) const override {
     return std::make_unique<KalmanGuard<M>>(problem_of(v, Horizon{v.timing.tick_s, {v.horizon.steps}}), filter(v),
@@ -47,9 +52,17 @@ class ModelSystem : public System {
   }
 
  protected:
-  using System::System;
+  /// The choices get the solvers that every system has.
+  ModelSystem(const SystemDescription& description, System::Choices choices)
+      : System(description, with_common_solvers(std::move(choices))) {}
 
  private:
+  static System::Choices with_common_solvers(System::Choices choices) {
+    std::vector<SolverRow> all = common_solvers<M>();
+    std::ranges::move(choices.solvers, std::back_inserter(all));
+    choices.solvers = std::move(all);
+    return choices;
+  }
   Problem<M> problem_of(const VariantConfig& v, Horizon horizon) const {
     return {model(v), this->modes(v), std::move(horizon), make_cost<M>(v.cost)};
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "controllers/any_solver.hpp"
 #include "controllers/controller_shell.hpp"
 #include "controllers/estimators/forecast.hpp"
 #include "controllers/integral_offset.hpp"
@@ -32,7 +33,7 @@ class MpcController {
   /// What predictive control is made of.
   struct Parts {
     Problem<Model> problem;  ///< nominal model, modes, horizon, cost; state and reference are filled in each period
-    std::unique_ptr<Solver<Model>> solver;
+    AnySolverPtr solver;
     IntegralSettings integral;
     std::optional<double> deadline_ms;
     int latency_ticks = 0;  ///< from sampling to the plan's taking effect, at most a period
@@ -44,7 +45,7 @@ class MpcController {
   /// Prepares the solver; may throw.
   explicit MpcController(Parts parts)
       : parts_(std::move(parts)),
-        deferred_(dynamic_cast<DeferredSolver<Model>*>(parts_.solver.get())),
+        deferred_(dynamic_cast<DeferredSolver*>(parts_.solver.get())),
         tick_s_(parts_.problem.horizon.dt_s),
         ticks_per_period_(parts_.ticks_per_period),
         fresh_ticks_(ticks_per_period_ + (deferred_ ? std::max(0, ticks_per_period_ - parts_.latency_ticks) : 0)),
@@ -203,8 +204,9 @@ class MpcController {
     d.report = done->report;
     d.solved = true;
     d.ticket = done->ticket;
-    if (!usable(d.report.status) || !sound(done->plan)) return;
-    plan_ = done->plan;
+    const auto& plan = static_cast<const Plan<Model>&>(*done->plan);
+    if (!usable(d.report.status) || !sound(plan)) return;
+    plan_ = plan;
     plan_tick_ = done->ticket;
     const auto slot_begin = done->ticket / ticks_per_period_ * ticks_per_period_;
     adopt(tick, plan_, std::max(done->ticket, slot_begin + parts_.latency_ticks));
@@ -251,7 +253,7 @@ class MpcController {
   }
 
   Parts parts_;
-  DeferredSolver<Model>* deferred_;  // parts_.solver, if it is one
+  DeferredSolver* deferred_;  // parts_.solver, if it is one
   double tick_s_;
   int ticks_per_period_, fresh_ticks_;
   SwitchTiming timing_;

@@ -1,6 +1,5 @@
 #include "controllers/systems.hpp"
 
-#include <iterator>
 #include <utility>
 
 namespace solenoid {
@@ -8,9 +7,6 @@ namespace solenoid {
 System::System(const SystemDescription& description, Choices choices)
     : description_(description), choices_(std::move(choices)) {
   require_complete(description);
-  std::vector<SolverRow> all = common_solvers();
-  std::ranges::move(choices_.solvers, std::back_inserter(all));
-  choices_.solvers = std::move(all);
   keys_ = common_keys(description_, names_of(choices_.solvers), names_of(choices_.laws), choices_.mode_sets,
                       names_of(choices_.estimators), choices_.parameter_sets);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "controllers/catalogue.hpp"
+#include "controllers/compiled_solvers.hpp"
 #include "controllers/estimators/estimator.hpp"
 #include "controllers/ladder/fallback_ladder.hpp"
 #include "controllers/variant_keys.hpp"
@@ -24,7 +25,7 @@ class System {
   struct Choices {
     std::vector<std::string> mode_sets;
     std::vector<EstimatorName> estimators;
-    std::vector<SolverRow> solvers{};  ///< beside those of every system
+    std::vector<SolverRow> solvers{};  ///< those of every system (common_solvers()) and its own
     std::vector<LawRow> laws{};
     std::vector<std::string> parameter_sets{};  ///< names that the key `model` takes, beside a table or file
   };
@@ -58,7 +59,9 @@ class System {
   /// The most that each continuous input may be.
   virtual std::vector<double> continuous_limits(const VariantConfig& /*variant*/) const { return {}; }
   /// The problem that a variant poses in each period, without state and reference.
-  virtual AnyProblem problem(const VariantConfig& variant) const = 0;
+  virtual std::unique_ptr<AnyProblem> problem(const VariantConfig& variant) const = 0;
+  /// Of the model that the variant believes.
+  virtual const ModelTools& tools(const VariantConfig& variant) const = 0;
   /// The variant's estimator through its channels.
   virtual Estimator estimator(const VariantConfig& variant) const = 0;
   /// A controller with a solver around it, which `decorate` has had. Throws what is impossible.

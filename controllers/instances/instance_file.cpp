@@ -141,23 +141,20 @@ struct Shape {
   int modes = 0, switches = 0;
   std::size_t blocks = 0, steps = 0, setpoints = 0, states = 0, outputs = 0, inputs = 0, load = 0;
 
-  template <HybridModel Model>
-  explicit Shape(const Problem<Model>& p)
+  explicit Shape(const AnyProblem& p)
       : modes(p.modes.size()),
         switches(p.modes.switch_count()),
         blocks(p.horizon.blocks.size()),
-        steps(p.reference.size()),
-        setpoints(p.setpoint.size()),
-        states(Model::state_size),
-        outputs(Model::output_size),
-        inputs(Model::continuous_size) {
-    if constexpr (HasLoad<Model>) load = Model::load_size;
+        states(p.sizes().states),
+        outputs(p.sizes().outputs),
+        inputs(p.sizes().inputs),
+        load(p.sizes().load) {
+    steps = p.reference_values().size() / outputs;
+    setpoints = p.setpoint_values().size() / outputs;
   }
 };
 
-Shape shape_of(const VariantConfig& v) {
-  return std::visit([](const auto& problem) { return Shape(problem); }, system_of(v).problem(v));
-}
+Shape shape_of(const VariantConfig& v) { return Shape(*system_of(v).problem(v)); }
 
 template <class File, class Modes, class Continuous>
 void plan(File& file, const Shape& shape, bool with_continuous, Modes& modes, Continuous& continuous) {

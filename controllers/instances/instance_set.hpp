@@ -5,20 +5,12 @@
 
 #include <algorithm>
 #include <array>
-#include <concepts>
 #include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace solenoid {
-
-/// A model takes over what an estimator found beyond the state, a load, as so many numbers.
-template <class M>
-concept HasLoad = requires(M& model, const M& same, const Vector<double, M::load_size>& load) {
-  model.set_load(load);
-  { same.load() } -> std::same_as<Vector<double, M::load_size>>;
-};
 
 /// Where instances were recorded: a motion at whole model steps, as the desired outputs of the system's models.
 struct RecordedMotion {
@@ -86,58 +78,17 @@ VariantConfig told(VariantConfig variant, const RecordedMotion& motion);
 
 /// Puts an instance into the problem of its variant, told of its motion (make_problem), and its warm start into `plan`.
 /// Allocates only when the sizes of either change.
-template <HybridModel Model>
-void pose(const InstanceSet& set, const InstanceRecord& record, Problem<Model>& problem, Plan<Model>& plan) {
-  constexpr std::size_t outputs = Model::output_size, inputs = Model::continuous_size;
-  const RecordedMotion& motion = set.motions[record.motion];
-  if constexpr (HasLoad<Model>)
-    if (!record.load.empty()) {
-      Vector<double, Model::load_size> load;
-      std::ranges::copy(record.load, load.begin());
-      problem.model.set_load(load);
-    }
-  problem.initial = first<Model::state_size>(record.initial);
-  problem.lines = record.lines;
-  const auto row_of = [](std::span<const double> rows, std::size_t at) {
-    OutputOf<Model> row{};
-    std::ranges::copy(rows.subspan(at * outputs, outputs), row.begin());
-    return row;
-  };
-  for (std::size_t j = 0; j < problem.reference.size(); ++j) {
-    problem.reference[j] =
-        record.reference.empty() ? row_of(motion.rows, record.start + j) : row_of(record.reference, j);
-    if (record.reference.empty())
-      for (std::size_t i = 0; i < outputs; ++i) problem.reference[j][i] += record.offset[i];
-  }
-  for (std::size_t j = 0; j < problem.setpoint.size(); ++j)
-    problem.setpoint[j] =
-        record.reference.empty() ? row_of(motion.rows, record.start - 1 + j) : row_of(record.setpoint, j);
-  plan.modes = record.warm_modes;
-  plan.continuous.resize(plan.modes.size());
-  for (std::size_t b = 0; b < plan.continuous.size(); ++b)
-    for (std::size_t i = 0; i < inputs; ++i) plan.continuous[b][i] = record.warm_continuous[b * inputs + i];
-  plan.relaxation.known = !record.warm_weights.empty();
-  plan.relaxation.weights.assign(record.warm_weights.begin(), record.warm_weights.end());
-  plan.relaxation.weights.resize(plan.modes.size() * static_cast<std::size_t>(problem.modes.size()));
-  plan.relaxation.owed.assign(plan.modes.size(), record.warm_owed);
-}
+void pose(const InstanceSet& set, const InstanceRecord& record, AnyProblem& problem, AnyPlan& plan);
 
 /// A plan's continuous inputs in a row, blocks x inputs.
-template <HybridModel Model>
-std::vector<double> inputs_of(const Plan<Model>& plan) {
-  std::vector<double> all;
-  for (const ContinuousOf<Model>& u : plan.continuous) all.insert(all.end(), u.begin(), u.end());
-  return all;
+inline std::vector<double> inputs_of(const AnyPlan& plan) {
+  const std::span<const double> all = plan.inputs();
+  return {all.begin(), all.end()};
 }
 
 /// Whether a plan is the record's, bit for bit. No allocation.
-template <HybridModel Model>
-bool same_plan(const InstanceRecord& record, const Plan<Model>& plan) {
-  if (plan.modes != record.plan_modes) return false;
-  for (std::size_t b = 0, at = 0; b < plan.continuous.size(); ++b)
-    for (const double u : plan.continuous[b])
-      if (u != record.plan_continuous[at++]) return false;
-  return true;
+inline bool same_plan(const InstanceRecord& record, const AnyPlan& plan) {
+  return plan.modes == record.plan_modes && std::ranges::equal(plan.inputs(), record.plan_continuous);
 }
 
 }  // namespace solenoid

@@ -68,6 +68,13 @@ concept HasEnclosure = requires(const M& model, Vector<double, M::state_size>& l
   model.template enclose_step<double>(low, high, switched_low, switched_high, setpoint, planned, dt);
 };
 
+/// A model may take over what an estimator found beyond the state, a load, as so many numbers.
+template <class M>
+concept HasLoad = requires(M& model, const M& same, const Vector<double, M::load_size>& load) {
+  model.set_load(load);
+  { same.load() } -> std::same_as<Vector<double, M::load_size>>;
+};
+
 /// A model's state x.
 template <class M>
 using StateOf = Vector<double, M::state_size>;

@@ -2,11 +2,9 @@
 
 #include "core/mpc/problem.hpp"
 
-#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <string_view>
-#include <vector>
 
 namespace solenoid {
 
@@ -42,51 +40,8 @@ constexpr std::string_view to_string(Status status) {
   return "unknown";
 }
 
-/// What a rounded plan keeps of the relaxed one that it comes from: there the next solve starts.
-/// shapes   weights: blocks x modes, block-major, convex combinations    owed: blocks
-struct Relaxation {
-  bool known = false;  ///< whether the rest says anything; solvers that relax nothing leave it false
-  std::vector<double> weights;
-  /// By how many steps each switch has been on for less than the relaxation wanted, as the block begins.
-  std::vector<SwitchStates<double>> owed;
-};
-
-/// What to do. Solvers read it as their warm start and leave their best plan in it.
-/// shapes   modes, continuous: blocks    outputs: empty, or steps (evaluate() fills it; outputs[j] after step j + 1)
-template <HybridModel M>
-struct Plan {
-  std::vector<int> modes;
-  std::vector<ContinuousOf<M>> continuous;
-  std::vector<OutputOf<M>> outputs;
-  Relaxation relaxation;
-
-  Plan() = default;
-  /// Sized for a problem: mode 0 and no continuous input in every block.
-  explicit Plan(const Problem<M>& problem) : modes(problem.horizon.blocks.size()), continuous(modes.size()) {
-    relaxation.weights.resize(modes.size() * static_cast<std::size_t>(problem.modes.size()));
-    relaxation.owed.resize(modes.size());
-  }
-};
-
 /// The plan as it looks `steps` later: each block takes what the old plan holds where the block begins.
-template <HybridModel M>
-void shift_plan(const Horizon& horizon, int steps, Plan<M>& plan) noexcept {
-  const std::size_t blocks = plan.modes.size();
-  const std::size_t row = blocks == 0 ? 0 : plan.relaxation.weights.size() / blocks;
-  std::size_t from = 0;
-  int begin = steps, from_end = horizon.blocks.empty() ? 0 : horizon.blocks[0];
-  for (std::size_t b = 0; b < blocks; ++b) {
-    while (begin >= from_end && from + 1 < blocks) from_end += horizon.blocks[++from];
-    plan.modes[b] = plan.modes[from];
-    plan.continuous[b] = plan.continuous[from];
-    if (plan.relaxation.known) {
-      std::copy_n(plan.relaxation.weights.begin() + static_cast<std::ptrdiff_t>(from * row), row,
-                  plan.relaxation.weights.begin() + static_cast<std::ptrdiff_t>(b * row));
-      plan.relaxation.owed[b] = plan.relaxation.owed[from];
-    }
-    begin += horizon.blocks[b];
-  }
-}
+void shift_plan(const Horizon& horizon, int steps, AnyPlan& plan) noexcept;
 
 /// How it went. bound <= optimum <= cost at every status for which the plan is usable.
 struct SolveReport {

@@ -1,23 +1,16 @@
 #pragma once
 
+#include "core/mpc/any_problem.hpp"
 #include "core/mpc/hybrid_model.hpp"
-#include "core/mpc/mode_set.hpp"
 
+#include <algorithm>
 #include <limits>
-#include <numeric>
-#include <stdexcept>
 #include <vector>
 
 namespace solenoid {
 
-/// The prediction grid: `blocks` holds the length, in model steps of dt_s, of each block in which the mode is held.
-struct Horizon {
-  double dt_s = 0.001;
-  std::vector<int> blocks;
-
-  /// The model steps of all blocks, N.
-  int steps() const { return std::accumulate(blocks.begin(), blocks.end(), 0); }
-};
+template <HybridModel M>
+struct Plan;
 
 /// Weights of the cost below. Zero switches a term off.
 template <HybridModel M>
@@ -65,33 +58,86 @@ struct Bounds {
 /// shapes   reference: N, reference[j] belongs to x[j+1]
 ///          setpoint: N for a model with feedback, else empty; setpoint[j] is what its law tracks at x[j]
 template <HybridModel M>
-struct Problem {
+struct Problem final : AnyProblem {
   M model;
-  ModeSet modes;
-  Horizon horizon;
   Cost<M> cost;
   Bounds<M> bounds;
 
   StateOf<M> initial{};
-  DelayLines lines;
   std::vector<OutputOf<M>> reference;
   std::vector<OutputOf<M>> setpoint;
 
   /// A problem of these parts with a zero reference. Throws std::invalid_argument, naming the part.
   Problem(M dynamics, ModeSet mode_set, Horizon grid, Cost<M> weights, Bounds<M> limits = {})
-      : model(std::move(dynamics)),
-        modes(std::move(mode_set)),
-        horizon(std::move(grid)),
+      : AnyProblem(std::move(mode_set), std::move(grid), M::switched_size),
+        model(std::move(dynamics)),
         cost(weights),
         bounds(limits),
         reference(static_cast<std::size_t>(horizon.steps())),
-        setpoint(HasFeedback<M> ? reference.size() : 0) {
-    if (modes.switched_size() != M::switched_size)
-      throw std::invalid_argument("mode set '" + modes.name() + "' does not map to the model's switched inputs");
-    if (horizon.blocks.empty() || !(horizon.dt_s > 0)) throw std::invalid_argument("horizon: needs blocks and dt > 0");
-    for (const int length : horizon.blocks)
-      if (length < 1) throw std::invalid_argument("horizon: every block needs at least one step");
+        setpoint(HasFeedback<M> ? reference.size() : 0) {}
+
+  std::unique_ptr<AnyProblem> clone() const override { return std::make_unique<Problem>(*this); }
+  std::unique_ptr<AnyPlan> new_plan() const override { return std::make_unique<Plan<M>>(*this); }
+  void copy_conditions(const AnyProblem& other) noexcept override {
+    const auto& from = static_cast<const Problem&>(other);
+    model = from.model;
+    cost = from.cost;
+    bounds = from.bounds;
+    initial = from.initial;
+    lines = from.lines;
+    std::ranges::copy(from.reference, reference.begin());
+    std::ranges::copy(from.setpoint, setpoint.begin());
   }
+  std::type_index model_type() const noexcept override { return typeid(M); }
+  ModelSizes sizes() const noexcept override {
+    ModelSizes s{M::state_size, M::switched_size, M::continuous_size, M::output_size};
+    if constexpr (HasLoad<M>) s.load = M::load_size;
+    return s;
+  }
+  std::span<double> initial_values() noexcept override { return initial; }
+  std::span<const double> initial_values() const noexcept override { return initial; }
+  std::span<double> reference_values() noexcept override { return in_a_row(reference); }
+  std::span<const double> reference_values() const noexcept override { return in_a_row(reference); }
+  std::span<double> setpoint_values() noexcept override { return in_a_row(setpoint); }
+  std::span<const double> setpoint_values() const noexcept override { return in_a_row(setpoint); }
+  std::span<const double> input_lower() const noexcept override { return bounds.continuous_lower; }
+  std::span<const double> input_upper() const noexcept override { return bounds.continuous_upper; }
+  void get_load(std::span<double> into) const noexcept override {
+    if constexpr (HasLoad<M>) std::ranges::copy(model.load(), into.begin());
+  }
+  void set_load(std::span<const double> load) noexcept override {
+    if constexpr (HasLoad<M>) {
+      Vector<double, M::load_size> values;
+      std::copy_n(load.begin(), values.size(), values.begin());
+      model.set_load(values);
+    }
+  }
+};
+
+/// What to do. Solvers read it as their warm start and leave their best plan in it.
+/// shapes   modes, continuous: blocks    outputs: empty, or steps (evaluate() fills it; outputs[j] after step j + 1)
+template <HybridModel M>
+struct Plan final : AnyPlan {
+  std::vector<ContinuousOf<M>> continuous;
+  std::vector<OutputOf<M>> outputs;
+
+  Plan() = default;
+  /// Sized for a problem: mode 0 and no continuous input in every block.
+  explicit Plan(const Problem<M>& problem) : continuous(problem.horizon.blocks.size()) {
+    modes.resize(continuous.size());
+    relaxation.weights.resize(modes.size() * static_cast<std::size_t>(problem.modes.size()));
+    relaxation.owed.resize(modes.size());
+  }
+
+  std::unique_ptr<AnyPlan> clone() const override { return std::make_unique<Plan>(*this); }
+  void assign(const AnyPlan& other) noexcept override { *this = static_cast<const Plan&>(other); }
+  void resize(std::size_t blocks) override {
+    modes.resize(blocks);
+    continuous.resize(blocks);
+    relaxation.owed.resize(blocks);
+  }
+  std::span<double> inputs() noexcept override { return in_a_row(continuous); }
+  std::span<const double> inputs() const noexcept override { return in_a_row(continuous); }
 };
 
 }  // namespace solenoid

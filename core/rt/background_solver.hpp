@@ -26,12 +26,9 @@ struct SolverThreadSettings {
 /// Runs a solver in a thread of its own, between two mailboxes. Posting and collecting make no system call: the thread
 /// looks for work itself, so that the tick need not wake it. A solver that never returns costs its thread, not the
 /// tick.
-template <HybridModel M>
-class BackgroundSolver final : public DeferredSolver<M> {
+class BackgroundSolver final : public DeferredSolver {
  public:
-  using Finished = typename DeferredSolver<M>::Finished;
-
-  BackgroundSolver(std::unique_ptr<Solver<M>> solver, const SolverThreadSettings& settings)
+  BackgroundSolver(std::unique_ptr<AnySolver> solver, const SolverThreadSettings& settings)
       : solver_(std::move(solver)), settings_(settings) {}
   BackgroundSolver(const BackgroundSolver&) = delete;
   BackgroundSolver& operator=(const BackgroundSolver&) = delete;
@@ -48,38 +45,13 @@ class BackgroundSolver final : public DeferredSolver<M> {
       thread_.detach();
   }
 
-  /// Prepares the solver (may throw) and starts the thread.
-  void prepare(const Problem<M>& problem) override {
-    solver_->prepare(problem);
-    shared_ = std::make_shared<Shared>(problem, std::move(solver_), settings_);
-    thread_ = std::thread([shared = shared_] { shared->work(); });
-  }
-
-  void post(std::int64_t ticket, const Problem<M>& problem, const Plan<M>& warm_start,
+  void post(std::int64_t ticket, const AnyProblem& problem, const AnyPlan& warm_start,
             double budget_s) noexcept override {
     put(ticket, problem, warm_start, budget_s);
   }
   bool anticipates() const override { return shared_->solver->anticipates(); }
-  void anticipate(const Problem<M>& expected, const Plan<M>& warm_start) noexcept override {
-    put(expectation, expected, warm_start, 0.0);
-  }
   const Finished* collect() noexcept override {
     return shared_->finished.take() ? &shared_->finished.front() : nullptr;
-  }
-
-  /// Posts the problem and waits for its plan: for callers outside of the tick.
-  SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline) noexcept override {
-    constexpr std::int64_t ticket = -3;
-    post(ticket, problem, plan, 0.0);
-    MonotonicClock clock;
-    for (;;) {
-      const Finished* done = collect();
-      if (done && done->ticket == ticket) {
-        plan = done->plan;
-        return done->report;
-      }
-      clock.sleep_until(clock.now_s() + settings_.look_s);
-    }
   }
 
  private:
@@ -87,16 +59,16 @@ class BackgroundSolver final : public DeferredSolver<M> {
   struct Posted {
     std::int64_t ticket = -1;
     double budget_s = 0.0;
-    Problem<M> problem;
-    Plan<M> warm_start;
+    Held<AnyProblem> problem;
+    Held<AnyPlan> warm_start;
   };
   /// Both sides share this, and it outlives the solver object if the thread hangs.
   struct Shared {
-    Shared(const Problem<M>& problem, std::unique_ptr<Solver<M>> s, const SolverThreadSettings& t)
+    Shared(const AnyProblem& problem, std::unique_ptr<AnySolver> s, const SolverThreadSettings& t)
         : solver(std::move(s)),
           settings(t),
-          posted(Posted{-1, 0.0, problem, Plan<M>(problem)}),
-          finished(Finished{-1, Plan<M>(problem), {}}) {}
+          posted(Posted{-1, 0.0, Held(problem), Held(problem.new_plan())}),
+          finished(Finished{-1, Held(problem.new_plan()), {}}) {}
 
     void work() noexcept {
       prepare_thread("solver");
@@ -111,7 +83,7 @@ class BackgroundSolver final : public DeferredSolver<M> {
         const double begun = clock.now_s();
         const bool expected = posted.front().ticket == expectation;
         if (expected)
-          solver->anticipate(posted.front().problem, posted.front().warm_start);
+          solver->anticipate(*posted.front().problem, *posted.front().warm_start);
         else
           solve();
         // Nothing comes for a while; sleep through most of it.
@@ -125,29 +97,53 @@ class BackgroundSolver final : public DeferredSolver<M> {
       Posted& work = posted.front();
       Finished& done = finished.back();
       done.ticket = work.ticket;
-      done.plan = work.warm_start;
+      done.plan->assign(*work.warm_start);
       const Deadline deadline = work.budget_s > 0 ? Deadline::after_s(work.budget_s) : Deadline::never();
-      done.report = solver->solve(work.problem, done.plan, deadline);
+      done.report = solver->solve(*work.problem, *done.plan, deadline);
       finished.put();
     }
 
-    std::unique_ptr<Solver<M>> solver;
+    std::unique_ptr<AnySolver> solver;
     SolverThreadSettings settings;
     Mailbox<Posted> posted;
     Mailbox<Finished> finished;
     std::atomic<bool> stop{false}, ended{false};
   };
 
-  void put(std::int64_t ticket, const Problem<M>& problem, const Plan<M>& warm_start, double budget_s) noexcept {
+  /// Prepares the solver (may throw) and starts the thread.
+  void do_prepare(const AnyProblem& problem) override {
+    solver_->prepare(problem);
+    shared_ = std::make_shared<Shared>(problem, std::move(solver_), settings_);
+    thread_ = std::thread([shared = shared_] { shared->work(); });
+  }
+  /// Posts the problem and waits for its plan: for callers outside of the tick.
+  SolveReport do_solve(const AnyProblem& problem, AnyPlan& plan, Deadline) noexcept override {
+    constexpr std::int64_t ticket = -3;
+    post(ticket, problem, plan, 0.0);
+    MonotonicClock clock;
+    for (;;) {
+      const Finished* done = collect();
+      if (done && done->ticket == ticket) {
+        plan.assign(*done->plan);
+        return done->report;
+      }
+      clock.sleep_until(clock.now_s() + settings_.look_s);
+    }
+  }
+  void do_anticipate(const AnyProblem& expected, const AnyPlan& warm_start) noexcept override {
+    put(expectation, expected, warm_start, 0.0);
+  }
+
+  void put(std::int64_t ticket, const AnyProblem& problem, const AnyPlan& warm_start, double budget_s) noexcept {
     Posted& slot = shared_->posted.back();
     slot.ticket = ticket;
     slot.budget_s = budget_s;
-    copy_conditions(problem, slot.problem);
-    slot.warm_start = warm_start;
+    slot.problem->copy_conditions(problem);
+    slot.warm_start->assign(warm_start);
     shared_->posted.put();
   }
 
-  std::unique_ptr<Solver<M>> solver_;  // until prepare
+  std::unique_ptr<AnySolver> solver_;  // until prepare
   SolverThreadSettings settings_;
   std::shared_ptr<Shared> shared_;
   std::thread thread_;

@@ -3,9 +3,9 @@
 #include "controllers/compiled_solvers.hpp"
 #include "core/config/reader.hpp"
 #include "solvers/minlp/bonmin.hpp"
-#include "solvers/search/branch_and_bound.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -17,28 +17,25 @@ constexpr double most_sequences = 1e6;
 /// Costs of one plan by different code may differ by rounding: this much, relative, is no violation.
 constexpr double rounding_allowance = 1e-12;
 
-template <HybridModel Model>
 class Keeper {
  public:
   Keeper(const InstanceSet& set, const VariantInstances& variant, const LedgerOptions& options)
       : set_(set),
         variant_(variant),
         options_(options),
-        problem_(make_problem<Model>(variant.config)),
-        grid_(control_grid(problem_.horizon, 0)),
-        warm_(problem_),
-        relaxed_(problem_, grid_) {
-    search_.prepare(problem_);
-    enumerate_.prepare(problem_);
-    relaxing_->prepare(problem_, grid_);
-    for (Rounder& r : rounders_) r.solver->prepare(problem_);
+        tools_(system_of(variant.config).tools(variant.config)),
+        problem_(system_of(variant.config).problem(variant.config)),
+        warm_(problem_->new_plan()) {
+    search_->prepare(*problem_);
+    enumerate_->prepare(*problem_);
+    for (Rounder& r : rounders_) r.solver->prepare(*problem_);
     for (const RecordedMotion& motion : set.motions)
-      problems_.push_back(make_problem<Model>(told(variant.config, motion)));
+      problems_.push_back(system_of(variant.config).problem(told(variant.config, motion)));
     prepare_bonmin(options.bonmin_states > 0);
   }
 
   LedgerOfVariant run() {
-    LedgerOfVariant ledger{variant_.name, fmt::format("{}", fmt::join(problem_.horizon.blocks, "-")), {}, {}, 0};
+    LedgerOfVariant ledger{variant_.name, fmt::format("{}", fmt::join(problem_->horizon.blocks, "-")), {}, {}, 0};
     const std::size_t all = variant_.records.size(), count = std::min(all, options_.states);
     for (std::size_t i = 0; i < count; ++i) {
       if (options_.stop && options_.stop()) break;
@@ -55,74 +52,51 @@ class Keeper {
 
   LedgerState keep(std::size_t index, bool with_bonmin) {
     const InstanceRecord& record = variant_.records[index];
-    Problem<Model>& problem = problems_[record.motion];
-    pose(set_, record, problem, warm_);
+    AnyProblem& problem = *problems_[record.motion];
+    pose(set_, record, problem, *warm_);
     LedgerState state;
     state.record = index;
     const auto entry = [&](M method) -> LedgerEntry& { return state.entries[static_cast<std::size_t>(method)]; };
-    Plan<Model> best = warm_;
-    SolveReport report = search_.solve(problem, best, Deadline::never());
-    entry(M::branch_and_bound) = {report.status, true, evaluate(problem, best).cost, report.time_us};
+    Held<AnyPlan> best(*warm_);
+    SolveReport report = search_->solve(problem, *best, Deadline::never());
+    entry(M::branch_and_bound) = {report.status, true, tools_.evaluate(problem, *best).cost, report.time_us};
     state.bound = report.bound;
-    solve_plan(problem, enumerate_, entry(M::exhaustive));
+    solve_plan(problem, *enumerate_, entry(M::exhaustive));
     hold(problem, entry(M::held));
     for (Rounder& r : rounders_) solve_plan(problem, *r.solver, entry(r.method));
     if (with_bonmin && with_bonmin_)
-      solve_plan(problem, bonmin_, entry(M::bonmin), Deadline::after_s(options_.bonmin_limit_s));
-    relax_plan(problem, grid_, best, relaxed_);
-    entry(M::relaxed) = lower_end(problem);
+      solve_plan(problem, *bonmin_, entry(M::bonmin), Deadline::after_s(options_.bonmin_limit_s));
+    report = relaxed_->solve(problem, *best);
+    entry(M::relaxed) = {report.status, true, report.cost, report.time_us};
     return state;
-  }
-
-  /// From relaxed_ downwards: projected gradients, which cross the physics' kinks, then SQP for a first-order point.
-  LedgerEntry lower_end(const Problem<Model>& problem) {
-    const auto start = Deadline::Clock::now();
-    SolveReport report = relaxing_->solve(problem, relaxed_, Deadline::never());
-    for (double before = Bounds<Model>::infinity; certifying_ && report.cost < before * (1.0 - 1e-9);) {
-      before = report.cost;
-      report = certifying_->solve(problem, relaxed_, Deadline::never());
-      if (report.status == Status::optimal) break;
-    }
-    return {report.status, true, report.cost, us_since(start)};
   }
 
   /// It may be left out, and a mode set may be beyond its equations.
   void prepare_bonmin(bool wanted) {
     if (!wanted || !minlp::available()) return;
     try {
-      bonmin_.prepare(problem_);
+      bonmin_->prepare(*problem_);
       with_bonmin_ = true;
     } catch (const std::invalid_argument&) {
       with_bonmin_ = false;
     }
   }
 
-  /// Prepared; none for a model or mode set that the SQP is not compiled for.
-  static std::unique_ptr<RelaxedSolver<Model>> certifier(const Problem<Model>& problem, const RelaxedGrid& grid) {
-    auto sqp = make_relaxed_sqp<Model>();
-    try {
-      if (sqp) sqp->prepare(problem, grid);
-    } catch (const std::invalid_argument&) {
-      return nullptr;
-    }
-    return sqp;
-  }
-
   /// Judged by evaluate(), whatever the solver says of itself.
-  void solve_plan(const Problem<Model>& problem, Solver<Model>& solver, LedgerEntry& entry,
+  void solve_plan(const AnyProblem& problem, AnySolver& solver, LedgerEntry& entry,
                   Deadline deadline = Deadline::never()) {
-    Plan<Model> plan = warm_;
-    const SolveReport report = solver.solve(problem, plan, deadline);
-    entry = {report.status, true, evaluate(problem, plan).cost, report.time_us};
+    Held<AnyPlan> plan(*warm_);
+    const SolveReport report = solver.solve(problem, *plan, deadline);
+    entry = {report.status, true, tools_.evaluate(problem, *plan).cost, report.time_us};
   }
 
-  void hold(const Problem<Model>& problem, LedgerEntry& entry) {
+  void hold(const AnyProblem& problem, LedgerEntry& entry) {
     const auto start = Deadline::Clock::now();
-    entry = {Status::feasible, true, Bounds<Model>::infinity, 0.0};
-    Plan<Model> plan = warm_;
+    entry = {Status::feasible, true, std::numeric_limits<double>::infinity(), 0.0};
+    Held<AnyPlan> plan(*warm_);
     for (int mode = 0; mode < problem.modes.size(); ++mode) {
-      std::fill(plan.modes.begin(), plan.modes.end(), mode);
-      entry.cost = std::min(entry.cost, evaluate(problem, plan).cost);
+      std::ranges::fill(plan->modes, mode);
+      entry.cost = std::min(entry.cost, tools_.evaluate(problem, *plan).cost);
     }
     entry.time_us = us_since(start);
   }
@@ -149,39 +123,39 @@ class Keeper {
 
   struct Rounder {
     LedgerMethod method;
-    std::unique_ptr<Solver<Model>> solver;
+    AnySolverPtr solver;
   };
-  Rounder rounder(LedgerMethod method, RoundingMethod rounding, bool improve) {
-    return {method, make_rounding<Model>({.most_iterations = 60, .tolerance = 1e-5},
-                                         {.method = rounding, .improve = improve, .keep_start = improve})};
+  Rounder rounder(LedgerMethod method, RoundingMethod rounding, bool improve) const {
+    return {method, tools_.rounding({.most_iterations = 60, .tolerance = 1e-5},
+                                    {.method = rounding, .improve = improve, .keep_start = improve})};
+  }
+  /// The system's solver of this name.
+  AnySolverPtr solver_of(const char* name) const {
+    return make_solver(*find_row(system_of(variant_.config).solvers(), name), problem_->model_type(), variant_.config);
   }
 
   const InstanceSet& set_;
   const VariantInstances& variant_;
   const LedgerOptions& options_;
-  Problem<Model> problem_;                // without a motion, for shapes
-  std::vector<Problem<Model>> problems_;  // of each motion
-  RelaxedGrid grid_;
-  Plan<Model> warm_;
-  RelaxedPlan<Model> relaxed_;
-  BranchAndBound<Model> search_, enumerate_{{.prune = false}};
-  std::unique_ptr<RelaxedSolver<Model>> relaxing_ =
-      make_projected_gradient<Model>({.most_iterations = 300, .tolerance = 1e-6});
-  std::unique_ptr<RelaxedSolver<Model>> certifying_ = certifier(problem_, grid_);
+  const ModelTools& tools_;
+  std::unique_ptr<AnyProblem> problem_;                // without a motion, for shapes
+  std::vector<std::unique_ptr<AnyProblem>> problems_;  // of each motion
+  std::unique_ptr<AnyPlan> warm_;
+  AnySolverPtr search_ = solver_of("branch_and_bound"), enumerate_ = solver_of("exhaustive");
+  std::unique_ptr<RelaxedBound> relaxed_ = tools_.relaxed_bound(*problem_);
   std::array<Rounder, 4> rounders_{rounder(M::sum_up, RoundingMethod::sum_up, false),
                                    rounder(M::sum_up_improved, RoundingMethod::sum_up, true),
                                    rounder(M::cia, RoundingMethod::integral_approximation, false),
                                    rounder(M::cia_improved, RoundingMethod::integral_approximation, true)};
-  BonminSolver<Model> bonmin_;
+  AnySolverPtr bonmin_ = solver_of("bonmin");
   bool with_bonmin_ = false;
 };
 
 /// The exhaustive search must come to an end, and knows modes alone.
-template <HybridModel Model>
-void check_size(const std::string& name, const Problem<Model>& problem) {
+void check_size(const std::string& name, const AnyProblem& problem) {
   bool joint = false;
-  for (std::size_t i = 0; i < Model::continuous_size; ++i)
-    joint = joint || problem.bounds.continuous_lower[i] < problem.bounds.continuous_upper[i];
+  for (std::size_t i = 0; i < problem.input_lower().size(); ++i)
+    joint = joint || problem.input_lower()[i] < problem.input_upper()[i];
   const auto modes = problem.modes.size();
   const auto blocks = problem.horizon.blocks.size();
   if (joint || std::pow(modes, blocks) > most_sequences)
@@ -204,12 +178,8 @@ std::vector<LedgerOfVariant> keep_ledger(const InstanceSet& set, const LedgerOpt
   std::vector<LedgerOfVariant> ledger;
   for (const VariantInstances& variant : set.variants) {
     if (options.stop && options.stop()) break;
-    ledger.push_back(std::visit(
-        [&]<HybridModel M>(const Problem<M>& problem) {
-          check_size(variant.name, problem);
-          return Keeper<M>(set, variant, options).run();
-        },
-        system_of(variant.config).problem(variant.config)));
+    check_size(variant.name, *system_of(variant.config).problem(variant.config));
+    ledger.push_back(Keeper(set, variant, options).run());
   }
   return ledger;
 }

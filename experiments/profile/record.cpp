@@ -52,101 +52,76 @@ RecordedMotion motion_of(const ScenarioConfig& scenario, double tick_s, int beyo
 
 using Offset = std::array<double, max_states>;
 
-template <class Row>
-bool is_window(const std::vector<Row>& rows, const RecordedMotion& s, std::uint32_t start, const Offset& offset) {
-  if (start + rows.size() > s.size()) return false;
-  for (std::size_t j = 0; j < rows.size(); ++j) {
-    const auto motion = s.row(start + j);
-    for (std::size_t i = 0; i < rows[j].size(); ++i)
-      if (differ(rows[j][i], motion[i] + offset[i])) return false;
-  }
+/// Whether `rows` are the motion's from row `start` on, each raised by the offset.
+bool is_window(std::span<const double> rows, const RecordedMotion& s, std::uint32_t start, const Offset& offset) {
+  if (start + rows.size() / s.width > s.size()) return false;
+  const std::span<const double> motion = std::span(s.rows).subspan(start * s.width);
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    if (differ(rows[k], motion[k] + offset[k % s.width])) return false;
   return true;
-}
-
-template <class Row>
-std::vector<double> in_a_row(const std::vector<Row>& rows) {
-  std::vector<double> all;
-  for (const Row& row : rows) all.insert(all.end(), row.begin(), row.end());
-  return all;
 }
 
 /// Sets start and offset of the window that the posed rows are, or keeps the rows. `outputs`: only values, not their
 /// rates, have an offset.
-template <HybridModel Model>
-void keep_reference(const PosedInstance<Model>& posed, const RecordedMotion& s,
-                    const std::vector<OutputSource>& outputs, std::uint32_t ticks_per_period, InstanceRecord& r) {
+void keep_reference(const PosedInstance& posed, const RecordedMotion& s, const std::vector<OutputSource>& outputs,
+                    std::uint32_t ticks_per_period, InstanceRecord& r) {
   const auto tick = static_cast<std::uint32_t>(posed.solve) * ticks_per_period;
+  const std::span<const double> reference = posed.problem->reference_values(),
+                                setpoint = posed.problem->setpoint_values();
   for (std::uint32_t start = tick + 1; start <= tick + 1 + ticks_per_period && start < s.size(); ++start) {
     Offset offset{};
     for (std::size_t i = 0; i < outputs.size(); ++i) {
-      const double value = posed.reference[0][i], there = s.row(start)[i];
+      const double value = reference[i], there = s.row(start)[i];
       if (outputs[i].derivative == 0 && differ(value, there)) offset[i] = value - there;
     }
-    if (!is_window(posed.reference, s, start, offset) || !is_window(posed.setpoint, s, start - 1, {})) continue;
+    if (!is_window(reference, s, start, offset) || !is_window(setpoint, s, start - 1, {})) continue;
     r.start = start;
     r.offset = offset;
     return;
   }
-  r.reference = in_a_row(posed.reference);
-  r.setpoint = in_a_row(posed.setpoint);
+  r.reference.assign(reference.begin(), reference.end());
+  r.setpoint.assign(setpoint.begin(), setpoint.end());
 }
 
-/// Keeps what a closed loop asks of its solver, whichever model that is over.
-template <HybridModel M>
-using Posed = std::vector<PosedInstance<M>>;
-struct Recorder {
-  std::size_t capacity;
-  std::int64_t every;
-  AllModels::AnyOf<Posed> posed{};
-
-  SolverDecorator decorate() {
-    return decorator([this]<HybridModel M>(SolverPtr<M> solver) -> SolverPtr<M> {
-      return std::make_unique<RecordingSolver<M>>(std::move(solver), posed.template emplace<Posed<M>>(), capacity,
-                                                  every);
-    });
-  }
-};
-
-/// Whether an estimator changed what the model believes of its load in any solve: every record then says so, since a
-/// problem keeps the load of the instance before.
-template <HybridModel Model>
-bool loaded(const Posed<Model>& posed, const Model& nominal) {
-  if constexpr (HasLoad<Model>) {
-    const auto usual = nominal.load();
-    return std::ranges::any_of(posed, [&](const auto& p) { return !std::ranges::equal(p.load, usual); });
-  } else {
-    return false;
-  }
+/// What the model takes over beyond its state.
+std::vector<double> load_of(const AnyProblem& problem) {
+  std::vector<double> load(problem.sizes().load);
+  problem.get_load(load);
+  return load;
 }
 
 /// Turns what a run posed into records and solves each once for its plan; instances without a plan are left out.
-template <HybridModel Model>
-void keep(const Posed<Model>& posed, std::uint32_t motion, const InstanceSet& set, VariantInstances& variant) {
-  Problem<Model> problem = make_problem<Model>(told(variant.config, set.motions[motion]));
-  const bool with_load = loaded(posed, problem.model);
-  const auto solver = make_solver<Model>(variant.config);
-  solver->prepare(problem);
-  Plan<Model> plan(problem);
-  for (const PosedInstance<Model>& p : posed) {
+void keep(const std::vector<PosedInstance>& posed, std::uint32_t motion, const InstanceSet& set,
+          VariantInstances& variant) {
+  const auto problem = system_of(variant.config).problem(told(variant.config, set.motions[motion]));
+  // Whether an estimator changed what the model believes of its load in any solve: every record then says so, since a
+  // problem keeps the load of the instance before.
+  const std::vector<double> usual = load_of(*problem);
+  const bool with_load =
+      std::ranges::any_of(posed, [&](const PosedInstance& p) { return load_of(*p.problem) != usual; });
+  const auto solver = make_solver(variant.config);
+  solver->prepare(*problem);
+  const auto plan = problem->new_plan();
+  for (const PosedInstance& p : posed) {
     if (p.solve == 0 && &p != &posed.front()) break;  // the run posed no more
     InstanceRecord r;
     r.motion = motion;
-    r.initial = padded<max_states>(p.initial);
-    if (with_load) r.load = p.load;
-    r.lines = p.lines;
-    r.warm_modes = p.warm_start.modes;
-    r.warm_continuous = inputs_of(p.warm_start);
-    if (p.warm_start.relaxation.known) {
-      r.warm_weights = p.warm_start.relaxation.weights;
-      r.warm_owed = p.warm_start.relaxation.owed.front();
+    std::ranges::copy(p.problem->initial_values(), r.initial.begin());
+    if (with_load) r.load = load_of(*p.problem);
+    r.lines = p.problem->lines;
+    r.warm_modes = p.warm_start->modes;
+    r.warm_continuous = inputs_of(*p.warm_start);
+    if (p.warm_start->relaxation.known) {
+      r.warm_weights = p.warm_start->relaxation.weights;
+      r.warm_owed = p.warm_start->relaxation.owed.front();
     }
     keep_reference(p, set.motions[motion], system_of(variant.config).description().outputs,
                    static_cast<std::uint32_t>(variant.config.timing.ticks_per_period), r);
-    pose(set, r, problem, plan);
-    const SolveReport report = solver->solve(problem, plan, Deadline::never());
+    pose(set, r, *problem, *plan);
+    const SolveReport report = solver->solve(*problem, *plan, Deadline::never());
     if (!usable(report.status)) continue;
-    r.plan_modes = plan.modes;
-    r.plan_continuous = inputs_of(plan);
+    r.plan_modes = plan->modes;
+    r.plan_continuous = inputs_of(*plan);
     r.plan_cost = report.cost;
     r.plan_status = report.status;
     variant.records.push_back(std::move(r));
@@ -204,9 +179,12 @@ void keep_run(double duration_s, std::size_t count, std::uint32_t motion, const 
               VariantInstances& variant, Run run) {
   const auto periods = static_cast<std::size_t>(std::ceil(duration_s / variant.config.timing.period_s() - 1e-9));
   const std::size_t every = std::max<std::size_t>(1, periods / count);
-  Recorder recorder{std::min(count, (periods + every - 1) / every), static_cast<std::int64_t>(every)};
-  run(recorder.decorate());
-  std::visit([&](const auto& posed) { keep(posed, motion, set, variant); }, recorder.posed);
+  const std::size_t capacity = std::min(count, (periods + every - 1) / every);
+  std::vector<PosedInstance> posed;
+  run([&](AnySolverPtr solver) {
+    return std::make_unique<RecordingSolver>(std::move(solver), posed, capacity, static_cast<std::int64_t>(every));
+  });
+  keep(posed, motion, set, variant);
 }
 
 }  // namespace

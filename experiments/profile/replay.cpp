@@ -38,27 +38,27 @@ class Stopwatch {
 };
 
 /// A variant's problem as each motion of the set has it.
-template <HybridModel Model>
-std::vector<Problem<Model>> problems_of(const InstanceSet& set, const VariantConfig& variant) {
-  std::vector<Problem<Model>> problems;
-  for (const RecordedMotion& motion : set.motions) problems.push_back(make_problem<Model>(told(variant, motion)));
-  if (problems.empty()) problems.push_back(make_problem<Model>(variant));
+std::vector<std::unique_ptr<AnyProblem>> problems_of(const InstanceSet& set, const VariantConfig& variant) {
+  const System& system = system_of(variant);
+  std::vector<std::unique_ptr<AnyProblem>> problems;
+  for (const RecordedMotion& motion : set.motions) problems.push_back(system.problem(told(variant, motion)));
+  if (problems.empty()) problems.push_back(system.problem(variant));
   return problems;
 }
 
-template <HybridModel Model>
-class ReplayOf final : public Replay {
+class SolverReplay final : public Replay {
  public:
-  ReplayOf(const InstanceSet& set, const VariantInstances& variant, double us_per_tick, const SolverDecorator& decorate)
+  SolverReplay(const InstanceSet& set, const VariantInstances& variant, double us_per_tick,
+               const SolverDecorator& decorate)
       : set_(set),
         records_(variant.records),
         us_per_tick_(us_per_tick),
-        problems_(problems_of<Model>(set, variant.config)),
-        plan_(problems_[0]),
-        solver_(make_solver<Model>(variant.config)),
+        problems_(problems_of(set, variant.config)),
+        plan_(problems_[0]->new_plan()),
+        solver_(make_solver(variant.config)),
         nodes_(records_.size()) {
-    if (decorate) solver_ = std::get<SolverPtr<Model>>(decorate(std::move(solver_)));
-    solver_->prepare(problems_[0]);
+    if (decorate) solver_ = decorate(std::move(solver_));
+    solver_->prepare(*problems_[0]);
     timed_ = solver_->time_phases(nullptr);
   }
 
@@ -67,16 +67,16 @@ class ReplayOf final : public Replay {
     same_ = proven_ = 0;
     for (std::size_t i = 0; i < records_.size(); ++i) {
       const InstanceRecord& record = records_[i];
-      Problem<Model>& problem = problems_[record.motion];
-      pose(set_, record, problem, plan_);
+      AnyProblem& problem = *problems_[record.motion];
+      pose(set_, record, problem, *plan_);
       phases_ = {};
       const Stopwatch watch;
-      const SolveReport report = solver_->solve(problem, plan_, Deadline::never());
+      const SolveReport report = solver_->solve(problem, *plan_, Deadline::never());
       samples[i].time_us = watch.us();
       for (std::size_t p = 0; p < phase_count; ++p)
         samples[i].phase_us[p] = us_per_tick_ * static_cast<double>(phases_.ticks[p]);
       nodes_[i] = report.nodes;
-      same_ += same_plan(record, plan_);
+      same_ += same_plan(record, *plan_);
       proven_ += report.status == Status::optimal;
     }
     solver_->time_phases(nullptr);
@@ -91,9 +91,9 @@ class ReplayOf final : public Replay {
   const InstanceSet& set_;
   std::span<const InstanceRecord> records_;
   double us_per_tick_;
-  std::vector<Problem<Model>> problems_;  // of each motion
-  Plan<Model> plan_;
-  std::unique_ptr<Solver<Model>> solver_;
+  std::vector<std::unique_ptr<AnyProblem>> problems_;  // of each motion
+  std::unique_ptr<AnyPlan> plan_;
+  AnySolverPtr solver_;
   bool timed_ = false;
   PhaseTimes phases_;
   std::vector<std::int64_t> nodes_;
@@ -101,11 +101,9 @@ class ReplayOf final : public Replay {
 };
 
 /// Does nothing: what is left of a controller's step is the controller.
-template <HybridModel Model>
-class IdleSolver final : public Solver<Model> {
- public:
-  void prepare(const Problem<Model>&) override {}
-  SolveReport solve(const Problem<Model>&, Plan<Model>&, Deadline) noexcept override {
+class IdleSolver final : public AnySolver {
+  void do_prepare(const AnyProblem&) override {}
+  SolveReport do_solve(const AnyProblem&, AnyPlan&, Deadline) noexcept override {
     SolveReport report;
     report.status = Status::feasible;
     return report;
@@ -148,11 +146,7 @@ Motion motion_of(const RecordedMotion& s, const SystemDescription& system, doubl
 
 std::unique_ptr<Replay> make_replay(const InstanceSet& set, const VariantInstances& variant, double us_per_phase_tick,
                                     const SolverDecorator& decorate) {
-  return std::visit(
-      [&]<HybridModel M>(const Problem<M>&) -> std::unique_ptr<Replay> {
-        return std::make_unique<ReplayOf<M>>(set, variant, us_per_phase_tick, decorate);
-      },
-      system_of(variant.config).problem(variant.config));
+  return std::make_unique<SolverReplay>(set, variant, us_per_phase_tick, decorate);
 }
 
 double measured_us_per_phase_tick() {
@@ -169,8 +163,7 @@ ControllerCost controller_cost(const InstanceSet& set, const VariantInstances& v
   const Timing& timing = variant.config.timing;
   const RecordedMotion& motion = set.motions[variant.records.front().motion];
   const InstanceRecord& record = variant.records.front();
-  const SolverDecorator idle =
-      decorator([]<HybridModel M>(SolverPtr<M>) -> SolverPtr<M> { return std::make_unique<IdleSolver<M>>(); });
+  const SolverDecorator idle = [](const AnySolverPtr&) { return std::make_unique<IdleSolver>(); };
   const SystemDescription& system = system_of(variant.config).description();
   const Motion desired = motion_of(motion, system, timing.tick_s);
   const auto controller = make_controller(told(variant.config, motion), desired, idle);

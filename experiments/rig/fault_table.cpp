@@ -25,22 +25,14 @@ namespace {
 constexpr double rest_s = 1.0, moving_s = 3.5;  // into the cycloid: its dwell, and near its greatest speed
 
 /// A solver in a thread, on simulated time: its plan is there `ticks` after it began, and it begins when it is free.
-template <HybridModel M>
-class LateSolver final : public DeferredSolver<M> {
+class LateSolver final : public DeferredSolver {
  public:
-  using Finished = typename DeferredSolver<M>::Finished;
-  LateSolver(std::unique_ptr<Solver<M>> solver, const std::vector<InjectedFault>& faults, double tick_s)
+  LateSolver(AnySolverPtr solver, const std::vector<InjectedFault>& faults, double tick_s)
       : solver_(std::move(solver)), faults_(faults), tick_s_(tick_s) {}
 
-  void prepare(const Problem<M>& problem) override {
-    for (const InjectedFault& f : faults_)
-      if (f.kind == "throw") throw std::runtime_error("the solver refuses to start (injected)");
-    solver_->prepare(problem);
-    waiting_ = std::make_unique<Problem<M>>(problem);
-  }
-  void post(std::int64_t ticket, const Problem<M>& problem, const Plan<M>& warm_start, double) noexcept override {
-    copy_conditions(problem, *waiting_);
-    waiting_start_ = warm_start;
+  void post(std::int64_t ticket, const AnyProblem& problem, const AnyPlan& warm_start, double) noexcept override {
+    waiting_->copy_conditions(problem);
+    waiting_start_->assign(warm_start);
     waiting_ticket_ = ticket;
     begin_if_free();
   }
@@ -48,25 +40,32 @@ class LateSolver final : public DeferredSolver<M> {
     ++tick_;
     if (!busy_ || tick_ < done_at_) return nullptr;
     busy_ = false;
-    given_ = working_;
+    std::swap(given_, working_);
     begin_if_free();
     return &given_;
   }
-  SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
-    return solver_->solve(problem, plan, deadline);
-  }
   bool anticipates() const override { return solver_->anticipates(); }
-  void anticipate(const Problem<M>& expected, const Plan<M>& warm_start) noexcept override {
-    if (!busy_) solver_->anticipate(expected, warm_start);
-  }
 
  private:
+  void do_prepare(const AnyProblem& problem) override {
+    for (const InjectedFault& f : faults_)
+      if (f.kind == "throw") throw std::runtime_error("the solver refuses to start (injected)");
+    solver_->prepare(problem);
+    waiting_ = Held(problem);
+    waiting_start_ = working_.plan = given_.plan = Held(problem.new_plan());
+  }
+  SolveReport do_solve(const AnyProblem& problem, AnyPlan& plan, Deadline deadline) noexcept override {
+    return solver_->solve(problem, plan, deadline);
+  }
+  void do_anticipate(const AnyProblem& expected, const AnyPlan& warm_start) noexcept override {
+    if (!busy_) solver_->anticipate(expected, warm_start);
+  }
   void begin_if_free() noexcept {
     if (busy_ || waiting_ticket_ < 0) return;
     working_.ticket = waiting_ticket_;
     waiting_ticket_ = -1;
-    working_.plan = waiting_start_;
-    working_.report = solver_->solve(*waiting_, working_.plan, Deadline::never());
+    working_.plan->assign(*waiting_start_);
+    working_.report = solver_->solve(*waiting_, *working_.plan, Deadline::never());
     done_at_ = tick_ + 1;
     busy_ = true;
     const double now_s = static_cast<double>(tick_) * tick_s_;
@@ -74,16 +73,15 @@ class LateSolver final : public DeferredSolver<M> {
       if (!f.active(now_s)) continue;
       if (f.kind == "late") done_at_ = tick_ + 1 + std::llround(f.value);
       if (f.kind == "hang") done_at_ = std::numeric_limits<std::int64_t>::max();
-      if (f.kind == "nan")
-        for (ContinuousOf<M>& u : working_.plan.continuous) u.fill(std::numeric_limits<double>::quiet_NaN());
+      if (f.kind == "nan") std::ranges::fill(working_.plan->inputs(), std::numeric_limits<double>::quiet_NaN());
     }
   }
 
-  std::unique_ptr<Solver<M>> solver_;
+  AnySolverPtr solver_;
   std::vector<InjectedFault> faults_;
   double tick_s_;
-  std::unique_ptr<Problem<M>> waiting_;
-  Plan<M> waiting_start_;
+  Held<AnyProblem> waiting_;
+  Held<AnyPlan> waiting_start_;
   std::int64_t waiting_ticket_ = -1, tick_ = 0, done_at_ = 0;
   bool busy_ = false;
   Finished working_, given_;
@@ -132,10 +130,9 @@ FaultOutcome simulate_fault(const std::string& variant_name, const std::string& 
   const double tick_s = variant.timing.tick_s;
   require_real_time(variant);
   FaultyPlant plant(make_plant(variant, scenario, 1), faults, variant, 1);
-  const SolverDecorator late =
-      decorator([own = faults_of_solver(faults), tick_s]<HybridModel M>(SolverPtr<M> solver) -> SolverPtr<M> {
-        return std::make_unique<LateSolver<M>>(std::move(solver), own, tick_s);
-      });
+  const SolverDecorator late = [own = faults_of_solver(faults), tick_s](AnySolverPtr solver) {
+    return std::make_unique<LateSolver>(std::move(solver), own, tick_s);
+  };
   std::unique_ptr<FallbackLadder> ladder;
   try {
     ladder = make_ladder(variant, scenario.trajectory, actuator_ladder(), late);

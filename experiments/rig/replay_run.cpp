@@ -38,37 +38,38 @@ struct LoggedPlans {
 };
 
 /// Solves when it is posted to, and hands plans out in the ticks the log names.
-template <HybridModel M>
-class LoggedArrivals final : public DeferredSolver<M> {
+class LoggedArrivals final : public DeferredSolver {
  public:
-  using Finished = typename DeferredSolver<M>::Finished;
-  LoggedArrivals(SolverPtr<M> solver, const LoggedPlans& log)
+  LoggedArrivals(AnySolverPtr solver, const LoggedPlans& log)
       : solver_(std::move(solver)), log_(log), posted_(-log.ticks_per_period) {}
 
-  void prepare(const Problem<M>& problem) override { solver_->prepare(problem); }
-  void post(std::int64_t ticket, const Problem<M>& problem, const Plan<M>& warm_start, double) noexcept override {
+  void post(std::int64_t ticket, const AnyProblem& problem, const AnyPlan& warm_start, double) noexcept override {
     Finished& slot = kept_[slot_of(ticket) % kept_.size()];
     slot.ticket = posted_ = ticket;
-    slot.plan = warm_start;
-    slot.report = solver_->solve(problem, slot.plan, Deadline::never());
+    slot.plan->assign(warm_start);
+    slot.report = solver_->solve(problem, *slot.plan, Deadline::never());
   }
   const Finished* collect() noexcept override {
     if (log_.arriving < 0) return nullptr;
     const Finished& slot = kept_[slot_of(log_.arriving) % kept_.size()];
     return slot.ticket == log_.arriving ? &slot : nullptr;
   }
-  SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
-    return solver_->solve(problem, plan, deadline);
-  }
   bool anticipates() const override { return solver_->anticipates(); }
-  void anticipate(const Problem<M>& expected, const Plan<M>& warm_start) noexcept override {
-    if (log_.anticipated.contains(posted_ / log_.ticks_per_period + 1)) solver_->anticipate(expected, warm_start);
-  }
 
  private:
+  void do_prepare(const AnyProblem& problem) override {
+    solver_->prepare(problem);
+    kept_.fill({-1, Held(problem.new_plan()), {}});
+  }
+  SolveReport do_solve(const AnyProblem& problem, AnyPlan& plan, Deadline deadline) noexcept override {
+    return solver_->solve(problem, plan, deadline);
+  }
+  void do_anticipate(const AnyProblem& expected, const AnyPlan& warm_start) noexcept override {
+    if (log_.anticipated.contains(posted_ / log_.ticks_per_period + 1)) solver_->anticipate(expected, warm_start);
+  }
   std::size_t slot_of(std::int64_t ticket) const { return static_cast<std::size_t>(ticket / log_.ticks_per_period); }
 
-  SolverPtr<M> solver_;
+  AnySolverPtr solver_;
   const LoggedPlans& log_;
   std::int64_t posted_;
   std::array<Finished, 256> kept_{};  // a plan later than 256 periods came from no controller of ours
@@ -234,9 +235,9 @@ RecordedTask recorded_task(const RecordedRun& run) {
 
 ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task, const Interrupted& interrupted) {
   LoggedPlans plans(run, task.variant.timing);
-  const SolverDecorator as_logged = decorator([&]<HybridModel M>(SolverPtr<M> solver) -> SolverPtr<M> {
-    return std::make_unique<LoggedArrivals<M>>(std::move(solver), plans);
-  });
+  const SolverDecorator as_logged = [&](AnySolverPtr solver) {
+    return std::make_unique<LoggedArrivals>(std::move(solver), plans);
+  };
   const auto ladder = make_ladder(task.variant, task.scenario.trajectory, task.ladder, as_logged);
   return through(run, *ladder, own_patterns(task.variant, task.variant), &plans, interrupted);
 }

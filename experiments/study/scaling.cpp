@@ -18,37 +18,29 @@ VariantConfig with_blocks(VariantConfig v, int blocks) {
 }
 
 /// Every moment of a loop closed with the longest horizon, so that each shorter one finds its reference in it.
-template <HybridModel M>
-std::vector<scaling::Moment<M>> moments_of(VariantConfig v, const ScenarioConfig& scenario) {
+std::vector<scaling::Moment> moments_of(VariantConfig v, const ScenarioConfig& scenario) {
   v = with_blocks(v, most_blocks);
   v.deadline_ms = 1e3 * v.timing.period_s();
-  std::vector<PosedInstance<M>> posed;
+  std::vector<PosedInstance> posed;
   const auto capacity = static_cast<std::size_t>(scenario.duration_s / v.timing.period_s()) + 1;
-  RecordingSolver<M>* recorder = nullptr;
-  simulate(v, scenario, 1, [&](AnySolver solver) -> AnySolver {
-    auto made = std::make_unique<RecordingSolver<M>>(std::get<SolverPtr<M>>(std::move(solver)), posed, capacity, 1);
-    recorder = made.get();
-    return SolverPtr<M>(std::move(made));
+  simulate(v, scenario, 1, [&](AnySolverPtr solver) {
+    return std::make_unique<RecordingSolver>(std::move(solver), posed, capacity, 1);
   });
-  std::vector<scaling::Moment<M>> all;
-  for (std::size_t k = 1; k < posed.size() && (posed[k].solve > 0); ++k) {
-    const auto at = [&](std::size_t i) {
-      return RecordedInstance<M>{posed[i].initial, posed[i].lines, posed[i].reference, posed[i].setpoint, {}};
-    };
-    all.push_back({at(k - 1), at(k)});
-  }
+  std::vector<scaling::Moment> all;
+  for (std::size_t k = 1; k < posed.size() && posed[k].solve > 0; ++k)
+    all.push_back({posed[k - 1].problem, posed[k].problem});
   return all;
 }
 
-template <HybridModel M>
-bool study(const VariantConfig& v, const ScenarioConfig& scenario, const ScalingOptions& options,
-           const std::function<void(const std::string&)>& progress, const std::function<bool()>& stop,
-           std::vector<ScalingRow>& rows) {
-  progress(v.modes + ": recording");
-  const auto moments = scaling::some_moments(moments_of<M>(v, scenario), options.instances);
-  return scaling::study_mode_set<M>(
-      v.modes, moments, v.timing, [&](int blocks) { return make_problem<M>(with_blocks(v, blocks)); }, progress, stop,
-      rows);
+/// Of a variant's mode set and model.
+scaling::ModeSetStudy study_of(const VariantConfig& v, const ScenarioConfig& scenario, int instances) {
+  const System& system = system_of(v);
+  const auto search = [&system, v](bool prune) {
+    const SolverRow& row = *find_row(system.solvers(), prune ? "branch_and_bound" : "exhaustive");
+    return make_solver(row, system.problem(v)->model_type(), v);
+  };
+  return {v.modes, scaling::some_moments(moments_of(v, scenario), instances), v.timing,
+          [&system, v](int blocks) { return system.problem(with_blocks(v, blocks)); }, search};
 }
 
 }  // namespace
@@ -64,10 +56,8 @@ std::vector<ScalingRow> study_scaling(const ScalingOptions& options,
     v.solver = "branch_and_bound";
     v.modes = modes;
     v = told(v, scenario);
-    const bool whole = std::visit(
-        [&]<HybridModel M>(const Problem<M>&) { return study<M>(v, scenario, options, progress, stop, rows); },
-        options.system->problem(v));
-    if (!whole) break;
+    progress(v.modes + ": recording");
+    if (!scaling::study_mode_set(study_of(v, scenario, options.instances), progress, stop, rows)) break;
   }
   return rows;
 }

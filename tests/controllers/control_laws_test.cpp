@@ -1,5 +1,6 @@
 #include "controllers/catalogue.hpp"
 #include "controllers/mpc_controller.hpp"
+#include "controllers/systems/actuator/actuator_variant.hpp"
 #include "controllers/systems/actuator/motor_inputs.hpp"
 #include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"

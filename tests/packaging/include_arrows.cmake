@@ -35,9 +35,9 @@ endforeach()
 foreach(file rig/session rig/replay_run rig/preflight rig/summary rig/faulty_plant study/scaling)
   list(APPEND generic ${ROOT}/experiments/${file}.hpp ${ROOT}/experiments/${file}.cpp)
 endforeach()
-# What may: the one place where systems are registered, solvers compiled for the sizes that one of them has, and the reader of
+# What may: the one place where systems are registered, and the reader of
 # the traces of before there were others.
-foreach(file controllers/registered_systems.hpp controllers/compiled_sqp.cpp controllers/compiled_ipopt.cpp experiments/campaign/trace_codec.cpp)
+foreach(file controllers/registered_systems.hpp experiments/campaign/trace_codec.cpp)
   list(REMOVE_ITEM generic ${ROOT}/${file})
 endforeach()
 set(words "systems/|[Pp]neumat|[Cc]ylinder|[Cc]hamber|[Vv]alve|[Pp]iston|[Pp]ayload|[Aa]ctuator|[Tt]hruster|[Ii]nverter|[Ff]lyer")

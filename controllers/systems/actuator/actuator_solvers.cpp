@@ -1,12 +1,10 @@
-#include "controllers/compiled_solvers.hpp"
+#include "controllers/common_solvers.hpp"
 #include "controllers/systems/actuator/actuator_variant.hpp"
 #include "controllers/systems/actuator/laws/extended_cost.hpp"
 #include "controllers/systems/actuator/models.hpp"
 #include "core/config/reader.hpp"
-#include "solvers/rounding/relax_and_pulse.hpp"
 
 #include <memory>
-#include <utility>
 
 namespace solenoid {
 namespace {
@@ -19,23 +17,23 @@ void check_extended_cost(TableReader& table, const VariantConfig& v) {
                "three_mode, seven_mode)");
 }
 
-template <HybridModel M>
-SolverPtr<M> pulses(const VariantConfig& v, RelaxedPtr<M> relaxed) {
-  return std::make_unique<RelaxAndPulse<M>>(std::move(relaxed),
-                                            RelaxAndPulseSettings{.interval = v.timing.ticks_per_period});
+/// For both models.
+template <class GenericMake>
+SolverMakers made(GenericMake make) {
+  return SolverMakers::of<PneumaticActuator, PrestabilisedActuator>(make);
 }
 
 }  // namespace
 
 std::vector<SolverRow> actuator_solvers() {
-  std::vector<SolverRow> rows;
+  std::vector<SolverRow> rows = common_solvers<PneumaticActuator, PrestabilisedActuator>();
   rows.push_back(
       {.name = "extended_cost",
        .summary = "one mode tried after the other, every valve closed after the first block: docs/results/baselines.md",
        .groups = {"planning", "extended_cost"},
-       .make = []<ActuatorModel M>(const VariantConfig& v) -> SolverPtr<M> {
+       .make = made([]<ActuatorModel M>(const VariantConfig& v) {
          return std::make_unique<ExtendedCostSearch<M>>(actuator(v).terminal_acceleration);
-       },
+       }),
        .check = check_extended_cost});
   rows.push_back(
       {.name = "sqp",
@@ -45,19 +43,20 @@ std::vector<SolverRow> actuator_solvers() {
        .pulses = true,
        .groups = {"planning"},
        .modes = {"three_way", "two_way", "three_mode"},
-       .make = []<ActuatorModel M>(const VariantConfig& v) { return pulses(v, make_relaxed_sqp<M>()); },
+       .make = made([]<ActuatorModel M>(const VariantConfig& v) { return make_pulses(v, make_relaxed_sqp<M>()); }),
        .check = check_pulses});
-  rows.push_back({.name = "ipopt",
-                  .summary = "the same by Ipopt: a reference for simulations",
-                  .real_time = false,
-                  .instead = "sqp",
-                  .chooses_continuous = true,
-                  .plans_whole_input = true,
-                  .pulses = true,
-                  .groups = {"planning"},
-                  .modes = {"three_way", "three_mode"},
-                  .make = []<ActuatorModel M>(const VariantConfig& v) { return pulses(v, make_relaxed_ipopt<M>()); },
-                  .check = check_pulses});
+  rows.push_back(
+      {.name = "ipopt",
+       .summary = "the same by Ipopt: a reference for simulations",
+       .real_time = false,
+       .instead = "sqp",
+       .chooses_continuous = true,
+       .plans_whole_input = true,
+       .pulses = true,
+       .groups = {"planning"},
+       .modes = {"three_way", "three_mode"},
+       .make = made([]<ActuatorModel M>(const VariantConfig& v) { return make_pulses(v, make_relaxed_ipopt<M>()); }),
+       .check = check_pulses});
   return rows;
 }
 

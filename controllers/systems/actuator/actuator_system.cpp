@@ -90,12 +90,12 @@ Problem<Model> actuator_problem_of(const VariantConfig& v) {
 template <HybridModel Model>
 std::unique_ptr<Controller> actuator_mpc(const VariantConfig& v, const Motion& reference,
                                          const SolverDecorator& decorate) {
-  AnySolver solver = make_solver<Model>(v);
+  AnySolverPtr solver = make_solver(v);
   if (decorate) solver = decorate(std::move(solver));
   using Mpc = MpcController<Model, MotorInputs>;
   return make_shell(v, reference,
-                    Mpc({actuator_problem_of<Model>(v), std::get<SolverPtr<Model>>(std::move(solver)), v.integral,
-                         v.deadline_ms, v.latency_ticks, v.timing.ticks_per_period, actuator_description().outputs,
+                    Mpc({actuator_problem_of<Model>(v), std::move(solver), v.integral, v.deadline_ms, v.latency_ticks,
+                         v.timing.ticks_per_period, actuator_description().outputs,
                          make_motor(v, make_model<PneumaticActuator>(v))}));
 }
 
@@ -132,9 +132,12 @@ class ActuatorSystem final : public System {
   std::vector<double> continuous_limits(const VariantConfig& v) const override {
     return {actuator(v).nominal.motor_force_limit_n()};
   }
-  AnyProblem problem(const VariantConfig& v) const override {
-    if (predicts_motor(v)) return actuator_problem_of<PrestabilisedActuator>(v);
-    return actuator_problem_of<PneumaticActuator>(v);
+  std::unique_ptr<AnyProblem> problem(const VariantConfig& v) const override {
+    if (predicts_motor(v)) return actuator_problem_of<PrestabilisedActuator>(v).clone();
+    return actuator_problem_of<PneumaticActuator>(v).clone();
+  }
+  const ModelTools& tools(const VariantConfig& v) const override {
+    return predicts_motor(v) ? model_tools<PrestabilisedActuator>() : model_tools<PneumaticActuator>();
   }
   Estimator estimator(const VariantConfig& v) const override {
     return make_estimator(v.estimator, make_model<PneumaticActuator>(v), actuator(v).estimation);

@@ -1,17 +1,23 @@
 #pragma once
 
-#include "controllers/model_list.hpp"
+#include "controllers/compiled_solvers.hpp"
 #include "core/systems/actuator/prestabilised.hpp"
 
 #include <concepts>
+#include <tuple>
 
 namespace solenoid {
 
-/// Models of the actuator: without and with the motor's law in the prediction.
-using actuator_models = ModelList<PneumaticActuator, PrestabilisedActuator>;
-
-/// One of these, for what is made for them alone.
+/// A model of the actuator: without and with the motor's law in the prediction.
 template <class M>
 concept ActuatorModel = HybridModel<M> && std::derived_from<M, PneumaticActuator>;
+
+/// Of the mode sets whose valves have one degree of freedom each: of four coils, three_way and three_mode; SQP also of
+/// two_way.
+template <ActuatorModel M>
+struct RelaxedSizes<M> {
+  using Sqp = std::tuple<SqpSize<2, 2>, SqpSize<4, 4>>;
+  using Ipopt = std::tuple<SqpSize<2, 2>>;
+};
 
 }  // namespace solenoid

@@ -10,7 +10,6 @@
 namespace solenoid {
 namespace {
 
-using Deferred = BackgroundSolver<DoubleIntegrator>;
 using Asked = Problem<DoubleIntegrator>;
 
 constexpr double look_s = 100e-6;
@@ -60,14 +59,14 @@ struct BackgroundSolverTest : testing::Test {
     problem.reference.front()[0] = reference;
     return problem;
   }
-  std::unique_ptr<Deferred> started(SolverThreadSettings settings = {}) {
+  std::unique_ptr<BackgroundSolver> started(SolverThreadSettings settings = {}) {
     settings.look_s = look_s;
-    auto solver = std::make_unique<Deferred>(std::make_unique<Scripted>(shared), settings);
+    auto solver = std::make_unique<BackgroundSolver>(std::make_unique<Scripted>(shared), settings);
     solver->prepare(at(0.0));
     return solver;
   }
   /// The plan under this ticket; `seen` gets all that were collected until then.
-  static SolveReport collect(Deferred& solver, std::int64_t ticket, std::vector<std::int64_t>& seen) {
+  static SolveReport collect(BackgroundSolver& solver, std::int64_t ticket, std::vector<std::int64_t>& seen) {
     SolveReport report;
     wait_until([&] {
       const auto* done = solver.collect();
@@ -132,7 +131,7 @@ TEST_F(BackgroundSolverTest, AnticipatesWhatIsExpectedBeforeItSolves) {
 }
 
 TEST_F(BackgroundSolverTest, PassesOnThatASolverRefusesAProblem) {
-  Deferred solver(std::make_unique<Scripted>(shared, true), {});
+  BackgroundSolver solver(std::make_unique<Scripted>(shared, true), {});
   EXPECT_THROW(solver.prepare(at(0.0)), std::invalid_argument);
 }
 

@@ -98,10 +98,9 @@ TEST(ProfileInstances, RecordingIsRepeatableToTheLastBit) {
 TEST(ProfileInstances, AnInstanceIsWhatTheClosedLoopPosed) {
   const test::Folder folder;
   const Campaign campaign = small_campaign(folder);
-  std::vector<PosedInstance<PneumaticActuator>> all;
-  const SolverDecorator keep_all = [&](AnySolver solver) -> AnySolver {
-    return std::make_unique<RecordingSolver<PneumaticActuator>>(
-        std::get<SolverPtr<PneumaticActuator>>(std::move(solver)), all, 1000);
+  std::vector<PosedInstance> all;
+  const SolverDecorator keep_all = [&](AnySolverPtr solver) {
+    return std::make_unique<RecordingSolver>(std::move(solver), all, 1000);
   };
   const RunResult run = simulate(campaign.variants[0], campaign.scenarios[0], 1, keep_all);
   std::vector<const TickRecord*> solved;
@@ -112,12 +111,13 @@ TEST(ProfileInstances, AnInstanceIsWhatTheClosedLoopPosed) {
   int followed = 0;
   for (std::size_t i = 0; i < variant.records.size() && variant.records[i].motion == 0; ++i) {
     const InstanceRecord& record = variant.records[i];
-    const auto& posed = all.at(i * every);
+    const PosedInstance& was = all.at(i * every);
+    const auto& posed = dynamic_cast<const Problem<PneumaticActuator>&>(*was.problem);
     EXPECT_TRUE(record.reference.empty()) << "no window of the motion";
     EXPECT_NEAR(record.offset[0], solved.at(i * every)->decision.offset[0], 1e-12);
     EXPECT_EQ(record.initial, padded<max_states>(posed.initial));
     EXPECT_EQ(record.lines, posed.lines);
-    EXPECT_EQ(record.warm_modes, posed.warm_start.modes);
+    EXPECT_EQ(record.warm_modes, was.warm_start->modes);
     auto problem = make_problem<PneumaticActuator>(variant.config);
     Plan<PneumaticActuator> plan(problem);
     pose(small_set(), record, problem, plan);

@@ -1,4 +1,5 @@
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/prestabilised.hpp"
 #include "experiments/profile/profile_report.hpp"
 #include "experiments/profile/record.hpp"
 #include "experiments/profile/shipped_instances.hpp"
@@ -17,15 +18,16 @@ using test::ProgramRun;
 using test::run_program;
 using testing::HasSubstr;
 
-/// A solver that takes a factor longer than the one it wraps, by spinning.
-template <HybridModel Model>
-class SlowSolver final : public SolverAround<Model> {
+/// Takes a factor longer than the solver it wraps, by spinning, where the model has the motor in the prediction.
+class SlowInPrediction final : public SolverAround {
  public:
-  SlowSolver(std::unique_ptr<Solver<Model>> inner, double factor)
-      : SolverAround<Model>(std::move(inner)), factor_(factor) {}
-  SolveReport solve(const Problem<Model>& problem, Plan<Model>& plan, Deadline deadline) noexcept override {
+  SlowInPrediction(AnySolverPtr inner, double factor) : SolverAround(std::move(inner)), factor_(factor) {}
+
+ private:
+  SolveReport do_solve(const AnyProblem& problem, AnyPlan& plan, Deadline deadline) noexcept override {
     const auto begin = Deadline::Clock::now();
-    const SolveReport report = SolverAround<Model>::solve(problem, plan, deadline);
+    const SolveReport report = inner_->solve(problem, plan, deadline);
+    if (problem.model_type() != typeid(PrestabilisedActuator)) return report;
     const auto end =
         begin + std::chrono::duration_cast<Deadline::Clock::duration>(factor_ * (Deadline::Clock::now() - begin));
     while (Deadline::Clock::now() < end) {
@@ -33,18 +35,14 @@ class SlowSolver final : public SolverAround<Model> {
     return report;
   }
 
- private:
   double factor_;
 };
 
 /// The time of a phase, of a sample or of a variant's mean.
 double us(const auto& timed, Phase phase) { return timed.phase_us[static_cast<std::size_t>(phase)]; }
 
-/// Slows the one solver whose model has the motor in the prediction.
-AnySolver slowed_in_prediction(AnySolver solver) {
-  if (auto* inner = std::get_if<SolverPtr<PrestabilisedActuator>>(&solver))
-    return std::make_unique<SlowSolver<PrestabilisedActuator>>(std::move(*inner), 1.5);
-  return solver;
+AnySolverPtr slowed_in_prediction(AnySolverPtr solver) {
+  return std::make_unique<SlowInPrediction>(std::move(solver), 1.5);
 }
 
 /// The shipped instances of three variants, every seventh of them.

@@ -1,8 +1,12 @@
 #include "experiments/systems/actuator/scaling/actuator_scaling.hpp"
 
+#include "controllers/systems/actuator/models.hpp"
 #include "core/systems/actuator/signals.hpp"
 #include "experiments/profile/replay.hpp"
+#include "experiments/study/recorded_instances.hpp"
 #include "experiments/study/scaling_study.hpp"
+
+#include <fmt/format.h>
 
 namespace solenoid {
 namespace {
@@ -12,14 +16,18 @@ constexpr double switching_m2 = 2e-8;  // weight of one coil change
 
 /// Every moment over the thesis's two motions of a loop closed with four blocks.
 template <HybridModel M>
-std::vector<scaling::Moment<M>> thesis_moments(const char* valves) {
-  const auto problem = actuator_problem<M>(valves, scaling_blocks(4), switching_m2);
+std::vector<scaling::Moment> thesis_moments(const char* valves) {
+  auto problem = actuator_problem<M>(valves, scaling_blocks(4), switching_m2);
   const double start = problem.model.parameters().equilibrium_position_m();
-  std::vector<scaling::Moment<M>> all;
+  const auto posed = [&](const RecordedInstance<M>& instance) {
+    instance.pose(problem);
+    return Held<AnyProblem>(problem);
+  };
+  std::vector<scaling::Moment> all;
   for (const Trajectory& motion : {thesis_sine(start), thesis_cycloidal(start)}) {
-    BranchAndBound<M> search;
-    const auto recorded = record_closed_loop(problem, motion, search);
-    for (std::size_t k = 1; k < recorded.size(); ++k) all.push_back({recorded[k - 1], recorded[k]});
+    const auto search = make_tree_search<M>(true);
+    const auto recorded = record_closed_loop(problem, motion, *search);
+    for (std::size_t k = 1; k < recorded.size(); ++k) all.push_back({posed(recorded[k - 1]), posed(recorded[k])});
   }
   return all;
 }
@@ -31,11 +39,11 @@ std::vector<ScalingRow> study_valves(const ScalingOptions& options,
   std::vector<ScalingRow> rows;
   for (const char* valves : valve_sets) {
     progress(fmt::format("{}: recording", valves));
-    const auto moments = scaling::some_moments(thesis_moments<M>(valves), options.instances);
-    const auto problem_with = [&](int blocks) {
-      return actuator_problem<M>(valves, scaling_blocks(blocks), switching_m2);
-    };
-    if (!scaling::study_mode_set<M>(valves, moments, actuator_timing, problem_with, progress, stop, rows)) break;
+    const scaling::ModeSetStudy study{
+        valves, scaling::some_moments(thesis_moments<M>(valves), options.instances), actuator_timing,
+        [&](int blocks) { return actuator_problem<M>(valves, scaling_blocks(blocks), switching_m2).clone(); },
+        [](bool prune) { return make_tree_search<M>(prune); }};
+    if (!scaling::study_mode_set(study, progress, stop, rows)) break;
   }
   return rows;
 }

@@ -1,0 +1,80 @@
+#pragma once
+
+#include "controllers/catalogue.hpp"
+#include "controllers/compiled_solvers.hpp"
+#include "solvers/rounding/relax_and_pulse.hpp"
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace solenoid {
+
+/// Refuses more blocks than a tree search has room for.
+void check_tree(TableReader& table, const VariantConfig& variant);
+
+/// How a variant has its problem relaxed.
+inline ProjectedGradientSettings relaxation_of(const VariantConfig& v) {
+  return {.most_iterations = v.rounding.iterations, .tolerance = 1e-4};
+}
+
+/// A relaxed solver's plans as pulses over each control period.
+template <HybridModel M>
+SolverPtr<M> make_pulses(const VariantConfig& v, RelaxedPtr<M> relaxed) {
+  return std::make_unique<RelaxAndPulse<M>>(std::move(relaxed),
+                                            RelaxAndPulseSettings{.interval = v.timing.ticks_per_period});
+}
+
+/// The solvers that every system has, for its models: those must be compiled (compiled_solvers.hpp).
+template <HybridModel... Models>
+std::vector<SolverRow> common_solvers() {
+  const auto rounding = [](RoundingMethod method) {
+    return SolverMakers::of<Models...>([method]<HybridModel M>(const VariantConfig& v) {
+      return make_rounding<M>(relaxation_of(v), {.method = method, .improve = v.rounding.improve});
+    });
+  };
+  std::vector<SolverRow> rows;
+  rows.push_back({.name = "exhaustive",
+                  .summary = "every sequence of modes over the blocks",
+                  .groups = {"planning"},
+                  .make = SolverMakers::of<Models...>(
+                      []<HybridModel M>(const VariantConfig&) { return make_tree_search<M>(false); }),
+                  .check = check_tree});
+  rows.push_back({.name = "branch_and_bound",
+                  .summary = "the same optimum, pruned by bounds: docs/results/search.md",
+                  .groups = {"planning"},
+                  .make = SolverMakers::of<Models...>(
+                      []<HybridModel M>(const VariantConfig&) { return make_tree_search<M>(true); }),
+                  .check = check_tree});
+  rows.push_back({.name = "sum_up_rounding",
+                  .summary = "relaxed, rounded by summing up, improved by mode swaps: docs/results/rounding.md",
+                  .chooses_continuous = true,
+                  .groups = {"planning", "rounding", "relaxing"},
+                  .make = rounding(RoundingMethod::sum_up)});
+  rows.push_back({.name = "cia",
+                  .summary = "the same with the rounding of least integral gap",
+                  .chooses_continuous = true,
+                  .groups = {"planning", "rounding", "relaxing"},
+                  .make = rounding(RoundingMethod::integral_approximation)});
+  rows.push_back({.name = "relaxed_pulses",
+                  .summary = "relaxed by projected gradients, applied as pulses over each control period",
+                  .chooses_continuous = true,
+                  .plans_whole_input = true,
+                  .pulses = true,
+                  .groups = {"planning", "relaxing"},
+                  .make = SolverMakers::of<Models...>([]<HybridModel M>(const VariantConfig& v) {
+                    return make_pulses<M>(v, make_projected_gradient<M>(relaxation_of(v)));
+                  }),
+                  .check = check_pulses});
+  rows.push_back(
+      {.name = "bonmin",
+       .summary = "the mixed-integer problem by Bonmin, where coinor-libbonmin-dev was there at build time",
+       .real_time = false,
+       .instead = "branch_and_bound, or cia for a joint plan",
+       .chooses_continuous = true,
+       .groups = {"planning"},
+       .make = SolverMakers::of<Models...>([]<HybridModel M>(const VariantConfig&) { return make_bonmin<M>(); })});
+  return rows;
+}
+
+}  // namespace solenoid
