@@ -1,10 +1,12 @@
 #pragma once
 
+#include "controllers/estimators/estimator.hpp"
 #include "controllers/solver_makers.hpp"
 #include "controllers/variant.hpp"
 #include "core/reference/motion.hpp"
 #include "core/rt/controller.hpp"
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -35,13 +37,28 @@ struct SolverRow {
 struct LawRow {
   std::string name, summary;
   std::vector<std::string> groups, modes;
-  std::unique_ptr<Controller> (*make)(const VariantConfig& variant, const Motion& reference);
+  std::function<std::unique_ptr<Controller>(const VariantConfig& variant, const Motion& reference)> make;
   void (*check)(TableReader& table, const VariantConfig& variant) = [](TableReader&, const VariantConfig&) {};
 };
 
 /// An estimator, as variants name it.
 struct EstimatorName {
   std::string name, summary;
+  std::function<Estimator(const VariantConfig& variant)> make{};  ///< none: the system's own doing
+};
+
+/// A mode set that is not the system's own.
+struct ModeSetRow {
+  std::string name;
+  std::function<ModeSet(const VariantConfig& variant)> make;
+};
+
+/// A number that a variant says to a solver, law or estimator which is not the system's own: VariantConfig::added.
+struct AddedKey {
+  std::string path;  ///< "mine.gain"
+  double usual = 0.0;
+  Range range;
+  std::string unit{}, meaning{};
 };
 
 /// For rows whose solver cuts pulses in intervals as long as the longest delay, which are tried one by one.

@@ -34,7 +34,7 @@ class ModelSystem : public System {
     return std::make_unique<Problem<M>>(problem_of(v, make_horizon(v)));
   }
   const ModelTools& tools(const VariantConfig&) const override { return model_tools<M>(); }
-  Estimator estimator(const VariantConfig& v) const override {
+  Estimator own_estimator(const VariantConfig& v) const override {
     return Estimator(KalmanEstimator<M>(model(v), filter(v), v.timing.tick_s));
   }
   std::unique_ptr<Controller> mpc(const VariantConfig& v, const Motion& reference,

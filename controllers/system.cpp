@@ -1,14 +1,87 @@
 #include "controllers/systems.hpp"
+#include "core/config/reader.hpp"
 
+#include <algorithm>
 #include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace solenoid {
 
 System::System(const SystemDescription& description, Choices choices)
     : description_(description), choices_(std::move(choices)) {
   require_complete(description);
+  list_keys();
+}
+
+void System::add(SolverRow row, const std::vector<AddedKey>& keys) {
+  require_new(names_of(choices_.solvers), row.name, "solver");
+  require_new(names_of(choices_.laws), row.name, "law");
+  if (!keys.empty()) row.groups.push_back(row.name);
+  choices_.solvers.push_back(row);
+  add_keys_of(row.name, keys);
+}
+
+void System::add(LawRow row, const std::vector<AddedKey>& keys) {
+  require_new(names_of(choices_.solvers), row.name, "solver");
+  require_new(names_of(choices_.laws), row.name, "law");
+  if (!keys.empty()) row.groups.push_back(row.name);
+  choices_.laws.push_back(row);
+  add_keys_of(row.name, keys);
+}
+
+void System::add(EstimatorName row, const std::vector<AddedKey>& keys) {
+  require_new(names_of(choices_.estimators), row.name, "estimator");
+  choices_.estimators.push_back(std::move(row));
+  add_keys_of("estimation", keys);
+}
+
+void System::add(ModeSetRow row) {
+  require_new(choices_.mode_sets, row.name, "mode set");
+  choices_.mode_sets.push_back(row.name);
+  added_modes_.push_back(std::move(row));
+  list_keys();
+}
+
+ModeSet System::modes(const VariantConfig& variant) const {
+  const ModeSetRow* row = find_row(added_modes_, variant.modes);
+  return row ? row->make(variant) : own_modes(variant);
+}
+
+Estimator System::estimator(const VariantConfig& variant) const {
+  const EstimatorName* row = find_row(choices_.estimators, variant.estimator);
+  return row && row->make ? row->make(variant) : own_estimator(variant);
+}
+
+void System::add_keys(const std::vector<VariantKey>& own) {
+  own_keys_.insert(own_keys_.end(), own.begin(), own.end());
+  list_keys();
+}
+
+void System::require_new(const std::vector<std::string>& names, const std::string& name, const char* kind) const {
+  if (std::ranges::count(names, name) > 0)
+    throw ConfigError(fmt::format("system '{}': {} '{}' is there twice (allowed: names other than {})", this->name(),
+                                  kind, name, fmt::join(names, ", ")));
+}
+
+void System::add_keys_of(const std::string& group, const std::vector<AddedKey>& keys) {
+  std::vector<std::string> taken;
+  for (const VariantKey& key : keys_) taken.push_back(key.path);
+  for (const AddedKey& key : keys) {
+    require_new(taken, key.path, "key");
+    added_keys_.push_back(key);
+    own_keys_.push_back({key.path, group,
+                         VariantKey::At<double>([path = key.path](VariantConfig& v) -> double& { return v.added.at(path); }),
+                         key.range, key.unit, key.meaning});
+  }
+  list_keys();
+}
+
+void System::list_keys() {
   keys_ = common_keys(description_, names_of(choices_.solvers), names_of(choices_.laws), choices_.mode_sets,
                       names_of(choices_.estimators), choices_.parameter_sets);
+  keys_.insert(keys_.end(), own_keys_.begin(), own_keys_.end());
 }
 
 Horizon make_horizon(const VariantConfig& v) {

@@ -43,6 +43,16 @@ class System {
   /// Every key of a variant, in the order of the documentation: those of every system, then its own.
   const std::vector<VariantKey>& keys() const { return keys_; }
 
+  /// What is not its own: rows, and the keys that they read. Throws ConfigError where there is one of its name.
+  void add(SolverRow row, const std::vector<AddedKey>& keys = {});
+  /// The same of a law.
+  void add(LawRow row, const std::vector<AddedKey>& keys = {});
+  /// Of an estimator.
+  void add(EstimatorName row, const std::vector<AddedKey>& keys = {});
+  /// Of a mode set.
+  void add(ModeSetRow row);
+  const std::vector<AddedKey>& added_keys() const { return added_keys_; }
+
   /// A variant that says nothing but its name.
   virtual VariantConfig defaults() const = 0;
   /// Reads by hand what is no declared key: the model. Throws ConfigError with file, line, key and what is allowed.
@@ -55,7 +65,7 @@ class System {
   virtual void resample(VariantConfig& /*variant*/) const {}
 
   /// The variant's mode set.
-  virtual ModeSet modes(const VariantConfig& variant) const = 0;
+  ModeSet modes(const VariantConfig& variant) const;
   /// The most that each continuous input may be.
   virtual std::vector<double> continuous_limits(const VariantConfig& /*variant*/) const { return {}; }
   /// The problem that a variant poses in each period, without state and reference.
@@ -63,7 +73,7 @@ class System {
   /// Of the model that the variant believes.
   virtual const ModelTools& tools(const VariantConfig& variant) const = 0;
   /// The variant's estimator through its channels.
-  virtual Estimator estimator(const VariantConfig& variant) const = 0;
+  Estimator estimator(const VariantConfig& variant) const;
   /// A controller with a solver around it, which `decorate` has had. Throws what is impossible.
   virtual std::unique_ptr<Controller> mpc(const VariantConfig& variant, const Motion& reference,
                                           const SolverDecorator& decorate) const = 0;
@@ -78,12 +88,24 @@ class System {
   /// The description must outlive it and be complete (require_complete), or std::logic_error is thrown.
   System(const SystemDescription& description, Choices choices);
   /// Appends its own keys; called at the end of a derived constructor.
-  void add_keys(const std::vector<VariantKey>& own) { keys_.insert(keys_.end(), own.begin(), own.end()); }
+  void add_keys(const std::vector<VariantKey>& own);
+  /// Of its own mode sets that of the variant.
+  virtual ModeSet own_modes(const VariantConfig& variant) const = 0;
+  /// Of its own estimators that of the variant.
+  virtual Estimator own_estimator(const VariantConfig& variant) const = 0;
 
  private:
+  /// Refuses a name that is taken in `kind`.
+  void require_new(const std::vector<std::string>& names, const std::string& name, const char* kind) const;
+  /// Takes keys up in a group, and makes the list again.
+  void add_keys_of(const std::string& group, const std::vector<AddedKey>& keys);
+  void list_keys();
+
   const SystemDescription& description_;
   Choices choices_;
-  std::vector<VariantKey> keys_;
+  std::vector<ModeSetRow> added_modes_;
+  std::vector<AddedKey> added_keys_;
+  std::vector<VariantKey> own_keys_, keys_;
 };
 
 /// The horizon of a variant in blocks of model steps.

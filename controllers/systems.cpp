@@ -3,22 +3,41 @@
 #include "controllers/registered_systems.hpp"
 
 #include <algorithm>
-#include <array>
+#include <vector>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 namespace solenoid {
 
-#define SOLENOID_DECLARE(name) const System& name##_system();
+#define SOLENOID_DECLARE(name) System& name##_system();
 SOLENOID_SYSTEMS(SOLENOID_DECLARE)
 #undef SOLENOID_DECLARE
 
-std::span<const System* const> systems() {
+namespace {
+
+std::vector<System*>& registered_systems() {
 #define SOLENOID_LISTED(name) &name##_system(),
-  static const std::array all = {SOLENOID_SYSTEMS(SOLENOID_LISTED)};
+  static std::vector<System*> all = {SOLENOID_SYSTEMS(SOLENOID_LISTED)};
 #undef SOLENOID_LISTED
   return all;
+}
+
+}  // namespace
+
+std::span<const System* const> systems() { return registered_systems(); }
+
+void register_system(System& system) {
+  if (find_system(system.name()))
+    throw ConfigError(fmt::format("system '{}' is there twice (allowed: names other than {})", system.name(),
+                                  system_names()));
+  registered_systems().push_back(&system);
+}
+
+System& system_to_extend(std::string_view name) {
+  for (System* system : registered_systems())
+    if (system->name() == name) return *system;
+  throw ConfigError(fmt::format("system '{}' is not known (allowed: {})", name, system_names()));
 }
 
 const System* find_system(std::string_view name) {

@@ -64,6 +64,7 @@ bool VariantConfig::is_feedback_law() const { return find_row(system_of(*this).l
 VariantConfig new_variant(const System* system) {
   if (!system) system = systems().front();
   VariantConfig v = system->defaults();
+  for (const AddedKey& key : system->added_keys()) v.added.emplace(key.path, key.usual);
   v.system = system;
   v.timing = system->description().timing;
   system->resample(v);

@@ -7,6 +7,8 @@
 #include "core/system/timing.hpp"
 
 #include <array>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -66,6 +68,7 @@ struct VariantConfig {
   RoundingSettings rounding;
   IntegralSettings integral;
   OwnSettings own;  ///< what the system alone knows
+  std::map<std::string, double, std::less<>> added;  ///< by path: keys of rows that are not the system's own
 
   bool is_feedback_law() const;  ///< `solver` is a law: switches from the present state alone
 

@@ -84,7 +84,7 @@ Problem<Model> actuator_problem_of(const VariantConfig& v) {
   Bounds<Model> bounds;
   bounds.continuous_lower = {-most};
   bounds.continuous_upper = {most};
-  return {model, valve_modes(v.modes, model.parameters()), make_horizon(v), make_cost<Model>(v.cost), bounds};
+  return {model, system_of(v).modes(v), make_horizon(v), make_cost<Model>(v.cost), bounds};
 }
 
 template <HybridModel Model>
@@ -128,7 +128,7 @@ class ActuatorSystem final : public System {
   }
   void resample(VariantConfig& v) const override { actuator(v).estimation.tick_s = v.timing.tick_s; }
 
-  ModeSet modes(const VariantConfig& v) const override { return valve_modes(v.modes, actuator(v).nominal); }
+  ModeSet own_modes(const VariantConfig& v) const override { return valve_modes(v.modes, actuator(v).nominal); }
   std::vector<double> continuous_limits(const VariantConfig& v) const override {
     return {actuator(v).nominal.motor_force_limit_n()};
   }
@@ -139,7 +139,7 @@ class ActuatorSystem final : public System {
   const ModelTools& tools(const VariantConfig& v) const override {
     return predicts_motor(v) ? model_tools<PrestabilisedActuator>() : model_tools<PneumaticActuator>();
   }
-  Estimator estimator(const VariantConfig& v) const override {
+  Estimator own_estimator(const VariantConfig& v) const override {
     return make_estimator(v.estimator, make_model<PneumaticActuator>(v), actuator(v).estimation);
   }
   std::unique_ptr<Controller> mpc(const VariantConfig& v, const Motion& reference,
@@ -158,9 +158,9 @@ class ActuatorSystem final : public System {
 
 }  // namespace
 
-const System& actuator_system();
-const System& actuator_system() {
-  static const ActuatorSystem system;
+System& actuator_system();
+System& actuator_system() {
+  static ActuatorSystem system;
   return system;
 }
 

@@ -59,7 +59,7 @@ class InverterSystem final : public ModelSystem<InverterLoad> {
   }
   /// The model's coefficients are of one tick.
   void resample(VariantConfig& v) const override { inverter(v).nominal.sampling_s = v.timing.tick_s; }
-  ModeSet modes(const VariantConfig& v) const override { return inverter_modes(v.modes, inverter(v).nominal); }
+  ModeSet own_modes(const VariantConfig& v) const override { return inverter_modes(v.modes, inverter(v).nominal); }
   InverterLoad model(const VariantConfig& v) const override { return InverterLoad(inverter(v).nominal); }
   KalmanSetup<InverterLoad> filter(const VariantConfig& v) const override {
     const InverterParameters& p = inverter(v).nominal;
@@ -92,9 +92,9 @@ class InverterSystem final : public ModelSystem<InverterLoad> {
 
 }  // namespace
 
-const System& inverter_system();
-const System& inverter_system() {
-  static const InverterSystem system;
+System& inverter_system();
+System& inverter_system() {
+  static InverterSystem system;
   return system;
 }
 

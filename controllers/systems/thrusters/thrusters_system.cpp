@@ -61,7 +61,7 @@ class ThrustersSystem final : public ModelSystem<FreeFlyer, OutsideForces> {
   void read(TableReader& table, VariantConfig& v) const override {
     thrusters(v).nominal = read_model_table(table, thrusters(v).nominal, read_free_flyer);
   }
-  ModeSet modes(const VariantConfig& v) const override { return thruster_modes(v.modes, thrusters(v).nominal); }
+  ModeSet own_modes(const VariantConfig& v) const override { return thruster_modes(v.modes, thrusters(v).nominal); }
   FreeFlyer model(const VariantConfig& v) const override { return FreeFlyer(thrusters(v).nominal); }
   KalmanSetup<FreeFlyer> filter(const VariantConfig& v) const override {
     const ThrustersVariant& own = thrusters(v);
@@ -93,9 +93,9 @@ class ThrustersSystem final : public ModelSystem<FreeFlyer, OutsideForces> {
 
 }  // namespace
 
-const System& thrusters_system();
-const System& thrusters_system() {
-  static const ThrustersSystem system;
+System& thrusters_system();
+System& thrusters_system() {
+  static ThrustersSystem system;
   return system;
 }
 

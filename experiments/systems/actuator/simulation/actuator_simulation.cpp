@@ -19,7 +19,7 @@
 
 namespace solenoid {
 
-const System& actuator_system();
+System& actuator_system();
 
 namespace {
 

@@ -13,7 +13,7 @@
 
 namespace solenoid {
 
-const System& inverter_system();
+System& inverter_system();
 const SimulatedSystem& inverter_simulation();
 
 namespace {

@@ -9,7 +9,7 @@
 
 namespace solenoid {
 
-const System& thrusters_system();
+System& thrusters_system();
 const SimulatedSystem& thrusters_simulation();
 
 namespace {
