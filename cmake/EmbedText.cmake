@@ -21,15 +21,17 @@ function(solenoid_embed_texts target)
   endforeach()
   set(generated ${CMAKE_CURRENT_BINARY_DIR}/embedded.cpp)
   file(CONFIGURE OUTPUT ${generated} @ONLY CONTENT [[
-#include "experiments/base/embedded.hpp"
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace solenoid {
 
-std::string_view embedded_text(std::string_view name) {
+std::string_view built_in_text(std::string_view name) {
 @cases@  return {};
 }
 
-const std::vector<std::string>& embedded_names() {
+const std::vector<std::string>& built_in_names() {
   static const std::vector<std::string> names = {@names@};
   return names;
 }

@@ -25,5 +25,5 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/solenoidConfig.cmake.i
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/solenoidConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/solenoidConfig.cmake ${PROJECT_BINARY_DIR}/solenoidConfigVersion.cmake
               ${PROJECT_SOURCE_DIR}/cmake/FindSuiteSparse.cmake ${PROJECT_SOURCE_DIR}/cmake/FindIpopt.cmake
-              ${PROJECT_SOURCE_DIR}/cmake/FindTomlPlusPlus.cmake
+              ${PROJECT_SOURCE_DIR}/cmake/FindTomlPlusPlus.cmake ${PROJECT_SOURCE_DIR}/cmake/SolenoidPlugin.cmake
         DESTINATION ${package_dir} COMPONENT development)

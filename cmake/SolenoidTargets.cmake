@@ -31,9 +31,15 @@ foreach(folder core solvers controllers)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.hpp ${PROJECT_SOURCE_DIR}/${folder}/*.ipp)
   list(APPEND public_headers ${headers})
 endforeach()
+file(GLOB headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/experiments/plants/*.hpp ${PROJECT_SOURCE_DIR}/experiments/plugin/*.hpp
+                                    ${PROJECT_SOURCE_DIR}/experiments/described/*.hpp ${PROJECT_SOURCE_DIR}/experiments/campaign/*.hpp)
+list(APPEND public_headers ${headers})
 set(headers_script ${PROJECT_SOURCE_DIR}/cmake/PublicHeaders.cmake)
+set(write_headers ${CMAKE_COMMAND} -DROOT=${PROJECT_SOURCE_DIR} -DTO=${SOLENOID_INCLUDE_DIR}/solenoid -DVERSION=${PROJECT_VERSION}
+    -P ${headers_script})
+execute_process(COMMAND ${write_headers} COMMAND_ERROR_IS_FATAL ANY)  # for tools that read sources where nothing was built yet
 add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/public_headers.stamp
-  COMMAND ${CMAKE_COMMAND} -DROOT=${PROJECT_SOURCE_DIR} -DTO=${SOLENOID_INCLUDE_DIR}/solenoid -P ${headers_script}
+  COMMAND ${write_headers}
   COMMAND ${CMAKE_COMMAND} -E touch ${PROJECT_BINARY_DIR}/public_headers.stamp
   DEPENDS ${public_headers} ${headers_script} VERBATIM)
 add_custom_target(solenoid_headers DEPENDS ${PROJECT_BINARY_DIR}/public_headers.stamp)

@@ -11,7 +11,7 @@
 
 namespace solenoid {
 
-/// In the one file that compiles a model's solvers, beside SOLENOID_COMPILE_RELAXED (compiled_relaxed.ipp).
+/// In the one file that compiles a model's solvers, beside SOLENOID_COMPILE_SQP and _IPOPT (compiled_relaxed.ipp).
 #define SOLENOID_COMPILE_SOLVERS(Model)                                                                           \
   template SolverPtr<Model> make_tree_search<Model>(bool);                                                        \
   template SolverPtr<Model> make_rounding<Model>(const ProjectedGradientSettings&, const RelaxAndRoundSettings&); \

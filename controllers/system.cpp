@@ -71,8 +71,9 @@ void System::add_keys_of(const std::string& group, const std::vector<AddedKey>& 
   for (const AddedKey& key : keys) {
     require_new(taken, key.path, "key");
     added_keys_.push_back(key);
-    own_keys_.push_back({key.path, group,
-                         VariantKey::At<double>([path = key.path](VariantConfig& v) -> double& { return v.added.at(path); }),
+    own_keys_.push_back({key.path, group, VariantKey::At<double>([path = key.path](VariantConfig& v) -> double& {
+                           return v.added.at(path);
+                         }),
                          key.range, key.unit, key.meaning});
   }
   list_keys();

@@ -29,8 +29,8 @@ std::span<const System* const> systems() { return registered_systems(); }
 
 void register_system(System& system) {
   if (find_system(system.name()))
-    throw ConfigError(fmt::format("system '{}' is there twice (allowed: names other than {})", system.name(),
-                                  system_names()));
+    throw ConfigError(
+        fmt::format("system '{}' is there twice (allowed: names other than {})", system.name(), system_names()));
   registered_systems().push_back(&system);
 }
 

@@ -67,7 +67,7 @@ struct VariantConfig {
   CostSettings cost;
   RoundingSettings rounding;
   IntegralSettings integral;
-  OwnSettings own;  ///< what the system alone knows
+  OwnSettings own;                                   ///< what the system alone knows
   std::map<std::string, double, std::less<>> added;  ///< by path: keys of rows that are not the system's own
 
   bool is_feedback_law() const;  ///< `solver` is a law: switches from the present state alone

@@ -15,6 +15,7 @@ inline constexpr std::size_t json = 64 * megabyte;          ///< any other JSON
 inline constexpr std::size_t linked = 64 * megabyte;        ///< what TOML names: a trajectory of three million points
 inline constexpr std::size_t trace = 64 * megabyte;         ///< compressed; an hour of ticks has 3
 inline constexpr std::size_t instances = 64 * megabyte;     ///< eighty times the shipped ones
+inline constexpr std::size_t plugin = 512 * megabyte;       ///< a shared object with what debuggers need
 inline constexpr std::size_t any = 4096 * megabyte;         ///< what no reader below bounds
 }  // namespace file_size
 

@@ -41,8 +41,11 @@ class AnySolver {
 template <HybridModel M>
 class Solver : public AnySolver {
  public:
+  /// See AnySolver.
   virtual void prepare(const Problem<M>& problem) = 0;
+  /// See AnySolver.
   virtual SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept = 0;
+  /// See AnySolver.
   virtual void anticipate(const Problem<M>& /*expected*/, const Plan<M>& /*warm_start*/) noexcept {}
 
  private:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 FRONT, CONTENTS, LIBRARY = (name + ".md" for name in ("index", "contents", "library"))
 STUB = "experiments/python/package/__init__.pyi"
-FOLDERS = ("core", "solvers", "controllers")
+FOLDERS = ("core", "solvers", "controllers", "experiments")
 IMAGES = (".svg", ".png", ".jpg", ".gif")
 LANGUAGES = {".py": "python", ".pyi": "python", ".cpp": "cpp", ".hpp": "cpp", ".ipp": "cpp", ".toml": "toml", ".js": "javascript", ".css": "css",
              ".html": "html", ".json": "json", ".cmake": "cmake", ".sh": "bash", ".md": "markdown"}

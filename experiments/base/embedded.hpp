@@ -11,7 +11,10 @@ namespace solenoid {
 /// that name.
 std::string_view embedded_text(std::string_view name);
 
-/// The names that embedded_text knows, sorted.
+/// The names that embedded_text knows: those of the program, sorted, then those embedded since.
 const std::vector<std::string>& embedded_names();
+
+/// Adds a text, as a plug-in ships it. Throws ConfigError where there is one of its name.
+void embed_text(const std::string& name, std::string text);
 
 }  // namespace solenoid

@@ -6,7 +6,9 @@
 #include <chrono>
 #include <ctime>
 #include <fstream>
+#include <string_view>
 
+#include <dlfcn.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <sched.h>
@@ -42,7 +44,10 @@ Machine this_machine() {
 
 const std::string& program_fingerprint() {
   static const std::string value = [] {
-    const auto program = read_whole_file("/proc/self/exe");
+    Dl_info here{};  // in Python the program is Python, which says nothing of this
+    const bool known = ::dladdr(reinterpret_cast<const void*>(&program_fingerprint), &here) != 0;
+    const bool shared = known && std::string_view(here.dli_fname).ends_with(".so");
+    const auto program = read_whole_file(shared ? here.dli_fname : "/proc/self/exe");
     return fingerprint(program ? *program : build_info().version + build_info().git_revision);
   }();
   return value;

@@ -11,7 +11,8 @@ struct Machine {
 };
 Machine this_machine();
 
-/// Of the running program's file: results of another build are other results.
+/// Of the running program's file, or of the shared object that this is part of: results of another build are other
+/// results.
 const std::string& program_fingerprint();
 
 /// Local time with offset, ISO 8601.

@@ -7,12 +7,14 @@
 #include <cstdio>
 #include <cstring>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/prctl.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -22,12 +24,31 @@ namespace {
 constexpr int wait_ms = 200;
 constexpr char result_mark = '+', error_mark = '-';
 
+double most_silence_s = 0.0;  // of this process, if it is a worker
+
+ForkHooks& fork_hooks() {
+  static ForkHooks hooks;
+  return hooks;
+}
+
+void call(const std::function<void()>& hook) {
+  if (hook) hook();
+}
+
 struct Worker {
   std::size_t item;
   pid_t process;
   int pipe;
   std::string received;
 };
+
+/// SIGALRM after so long; 0: none.
+void set_alarm(double seconds) noexcept {
+  itimerval alarm{};
+  alarm.it_value.tv_sec = static_cast<time_t>(seconds);
+  alarm.it_value.tv_usec = static_cast<suseconds_t>(1e6 * (seconds - static_cast<double>(alarm.it_value.tv_sec)));
+  ::setitimer(ITIMER_REAL, &alarm, nullptr);
+}
 
 void send(int pipe, std::string_view text) {
   while (!text.empty()) {
@@ -41,6 +62,7 @@ void send(int pipe, std::string_view text) {
 /// The worker's life: one item, its result or error into the pipe.
 [[noreturn]] void serve(std::size_t item, int pipe, pid_t parent, const std::function<std::string(std::size_t)>& work) {
   InterruptGuard::leave_in_child();
+  work_goes_on();
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(1);
   std::string answer;
@@ -51,11 +73,14 @@ void send(int pipe, std::string_view text) {
   } catch (...) {
     answer = error_mark + std::string("unknown exception");
   }
+  call(fork_hooks().child_ends);
+  set_alarm(0.0);  // from here on it waits for whoever reads
   send(pipe, answer);
   ::_exit(0);
 }
 
 Outcome outcome_of(const std::string& received, int status) {
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) return {false, "stuck: did nothing for longer than it may"};
   if (WIFSIGNALED(status))
     return {false, fmt::format("worker ended by signal {} ({})", WTERMSIG(status), ::strsignal(WTERMSIG(status)))};
   if (WEXITSTATUS(status) != 0) return {false, fmt::format("worker ended with exit code {}", WEXITSTATUS(status))};
@@ -76,13 +101,19 @@ class Pool {
   std::size_t size() const { return workers_.size(); }
 
   /// False if the system has no process or pipe left.
-  bool start(std::size_t item, const std::function<std::string(std::size_t)>& work) {
+  bool start(std::size_t item, double silence_s, const std::function<std::string(std::size_t)>& work) {
     int ends[2];
     if (::pipe2(ends, O_CLOEXEC) != 0) return false;
     std::fflush(nullptr);
+    call(fork_hooks().before);
     const pid_t self = ::getpid(), process = ::fork();
-    if (process == 0) serve(item, ends[1], self, work);
+    if (process == 0) {
+      call(fork_hooks().in_child);
+      most_silence_s = silence_s;
+      serve(item, ends[1], self, work);
+    }
     const int error = errno;
+    call(fork_hooks().in_parent);
     ::close(ends[1]);
     if (process < 0) ::close(ends[0]);
     errno = error;
@@ -122,6 +153,12 @@ class Pool {
 
 }  // namespace
 
+void around_forks(ForkHooks hooks) { fork_hooks() = std::move(hooks); }
+
+void work_goes_on() noexcept {
+  if (most_silence_s > 0) set_alarm(most_silence_s);
+}
+
 bool work_in_processes(std::span<const std::size_t> items, int jobs,
                        const std::function<std::string(std::size_t item)>& work, const PoolEvents& events) {
   Pool pool;
@@ -129,7 +166,7 @@ bool work_in_processes(std::span<const std::size_t> items, int jobs,
   while (next != items.end() || pool.size() > 0) {
     if (events.interrupted()) return false;
     while (next != items.end() && pool.size() < static_cast<std::size_t>(jobs)) {
-      if (!pool.start(*next, work)) {
+      if (!pool.start(*next, events.most_silence_s, work)) {
         if (pool.size() == 0) throw std::runtime_error(fmt::format("no worker process: {}", std::strerror(errno)));
         break;
       }

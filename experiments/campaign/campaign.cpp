@@ -5,9 +5,11 @@
 #include "experiments/campaign/ensemble.hpp"
 #include "experiments/campaign/library.hpp"
 #include "experiments/campaign/simulated_system.hpp"
+#include "experiments/plugin/load_plugin.hpp"
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -81,7 +83,8 @@ std::vector<std::string> variant_names(Library& library, const Selection& select
   if (names.empty()) fail(fmt::format("{} (allowed: any of {})", listing ? "empty" : "missing", known));
   refuse_twice(names, fail);
   for (const std::string& name : names)
-    if (!library.variants().contains(name)) fail(fmt::format("'{}' is not known (allowed: {})", name, known));
+    if (!library.variants().contains(name) && library.refused_plugins().empty())
+      fail(fmt::format("'{}' is not known (allowed: {})", name, known));
   return names;
 }
 
@@ -116,6 +119,15 @@ std::vector<Library::Entry*> chosen_scenarios(Library& library, const Selection&
   return chosen;
 }
 
+bool can_be_read(const auto& read) {
+  try {
+    read();
+    return true;
+  } catch (const ConfigError&) {
+    return false;
+  }
+}
+
 constexpr double most_ticks = 4e6;  // of a run, all of which are kept until it ends
 
 /// What a variant cannot be in a scenario.
@@ -147,6 +159,9 @@ class CampaignReader {
     for (const std::uint64_t seed : campaign_.seeds)
       root["seeds"].as_array()->push_back(static_cast<std::int64_t>(seed));
     take_variants();
+    note_plugins();
+    if (!campaign_.without.plugins.empty() && (campaign_.variants.empty() || library_.scenarios().empty()))
+      throw PluginError(campaign_.without.plugins.front());
     take_scenarios();
     campaign_.system = campaign_.scenarios.front().system;
     cross();
@@ -162,11 +177,16 @@ class CampaignReader {
 
  private:
   void take_variants() {
+    leave_out();
     for (auto& [name, entry] : library_.variants())  // all: a mistake in an unused variant is a mistake
       if (!entry.shipped) read_variant(entry.reader, name);
     toml::table tables;
     toml::array names;
     for (const std::string& name : variant_names(library_, selection_)) {
+      if (!library_.variants().contains(name)) {
+        campaign_.without.names.push_back(name);
+        continue;
+      }
       const Library::Entry& entry = library_.variants().at(name);
       Document variant = entry.document->part(entry.path, *entry.table);
       believe(variant);
@@ -180,6 +200,33 @@ class CampaignReader {
     }
     resolved_.root().insert("variants", std::move(names));
     resolved_.root().insert("variant", std::move(tables));
+  }
+
+  /// Those that a variant has something of, by name: what else is loaded, and in which order, is nothing to the results.
+  void note_plugins() {
+    std::map<std::string, std::string> needed;
+    for (const LoadedPlugin& plugin : loaded_plugins())
+      if (std::ranges::any_of(campaign_.variants, [&](const VariantConfig& v) { return plugin.serves(v); }))
+        needed.emplace(plugin.name, plugin.fingerprint);
+    if (!needed.empty()) resolved_.root().insert("plugins", toml::array{});
+    for (const auto& [name, print] : needed) {
+      resolved_.root()["plugins"].as_array()->push_back(name);
+      if (!print.empty()) plugins_ += print + "\n";
+    }
+  }
+
+  /// Takes those variants and scenarios out of the library that nothing is known of without a plug-in that was refused.
+  void leave_out() {
+    campaign_.without.plugins = library_.refused_plugins();
+    if (campaign_.without.plugins.empty()) return;
+    auto& variants = library_.variants();
+    for (auto v = variants.begin(); v != variants.end();)
+      v = can_be_read([&] { read_variant(v->second.reader, v->first); }) ? std::next(v) : variants.erase(v);
+    std::erase_if(library_.scenarios(), [&](Library::Entry& entry) {
+      const bool out = !can_be_read([&] { read_system(entry.reader); });
+      if (out) campaign_.without.names.push_back(entry.reader.text("name"));
+      return out;
+    });
   }
 
   /// Sets the selection's model, whose file is relative to the working directory.
@@ -238,8 +285,8 @@ class CampaignReader {
         for (const std::uint64_t seed : campaign_.seeds) {
           CampaignRun run{v, s, seed, "", ""};
           run.id = run_id(campaign_.scenarios[s].name, campaign_.variants[v].name, seed);
-          run.hash = fingerprint(
-              fmt::format("{}\n{}\n{}\n{}", program_fingerprint(), variant_keys_[v], scenario_keys_[s], seed));
+          run.hash = fingerprint(fmt::format("{}\n{}{}\n{}\n{}", program_fingerprint(), plugins_, variant_keys_[v],
+                                             scenario_keys_[s], seed));
           campaign_.runs.push_back(std::move(run));
         }
   }
@@ -250,6 +297,7 @@ class CampaignReader {
   Carrier carrier_{campaign_.inputs};
   Document resolved_;
   toml::array scenario_tables_;
+  std::string plugins_;  // fingerprints
   std::vector<std::string> variant_keys_, scenario_keys_;
 };
 
@@ -264,13 +312,13 @@ Campaign read_campaign(Library& library, const Selection& selection) {
 }
 
 Campaign read_campaign(const std::string& path, const Selection& selection) {
-  Library library;
+  Library library(selection);
   library.load(path);
   return read_campaign(library, selection);
 }
 
 Campaign read_campaign(Document document, const Selection& selection) {
-  Library library;
+  Library library(selection);
   library.load(std::move(document));
   return read_campaign(library, selection);
 }

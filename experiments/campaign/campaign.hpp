@@ -16,9 +16,17 @@ class Document;
 /// What the command line takes from a campaign; empty: all of it. A variant may be any that is known, in the campaign's
 /// list or not.
 struct Selection {
-  std::vector<std::string> variants;
-  std::vector<std::string> scenarios;
-  std::string model = {};  ///< a parameter set's name or file in place of every variant's own
+  std::vector<std::string> variants{};
+  std::vector<std::string> scenarios{};
+  std::string model = {};     ///< a parameter set's name or file in place of every variant's own
+  bool loads_plugins = true;  ///< whether the campaign may have files of plug-ins loaded: not what came with results
+  bool leaves_out = false;    ///< whether what needs a refused plug-in is left out; otherwise the campaign is refused
+};
+
+/// What a campaign goes without.
+struct WithoutPlugins {
+  std::vector<std::string> plugins;  ///< why each was refused
+  std::vector<std::string> names;    ///< of the variants and scenarios that cannot be read without
 };
 
 /// A file that a variant or scenario names, carried along so that results stay reproducible from their folder.
@@ -49,6 +57,7 @@ struct Campaign {
   std::shared_ptr<const Document> resolved;  ///< the same campaign in one document, `inputs` carried
   std::string resolved_toml;                 ///< its text, which needs `inputs` beside it
   std::vector<InputFile> inputs;
+  WithoutPlugins without{};
 };
 
 /// The control period of a campaign's first variant in its first scenario [s].
@@ -57,6 +66,7 @@ double period_of(const Campaign& campaign);
 /// Reads a campaign file; `path` may also name a shipped one ("default"). Keys:
 ///
 ///   name            text, default the file's stem
+///   plugins         files of plug-ins, relative to this one, or names of those that are loaded
 ///   include         other TOML files, relative to this one, or shipped ones by name
 ///   variants        names of shipped, included or own variants
 ///   seeds           whole numbers, default [1]

@@ -2,6 +2,8 @@
 
 #include "experiments/base/embedded.hpp"
 #include "experiments/base/files.hpp"
+#include "experiments/campaign/plugins.hpp"
+#include "experiments/plugin/python_rows.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -19,7 +21,8 @@ constexpr std::size_t most_levels = 32;               // of files that include f
 /// A file's text, or that of the shipped file of this name ("default" or "default.toml").
 std::string text_of(const std::string& path) {
   std::error_code unknown;  // a path that cannot even be looked at
-  if (std::filesystem::exists(path, unknown) || unknown) {
+  const bool there = std::filesystem::exists(path, unknown) || unknown;
+  if (there && !std::filesystem::is_directory(path, unknown)) {
     if (const auto text = read_whole_file(path, file_size::configuration)) return *text;
     throw ConfigError(fmt::format("{}: cannot be read (allowed: a readable TOML file)", path));
   }
@@ -44,20 +47,25 @@ constexpr const char* good_names = "at most 80 letters, digits, _, . and single 
 }  // namespace
 
 const std::vector<std::shared_ptr<const Document>>& shipped_campaign_documents() {
-  static const auto documents = [] {
-    std::vector<std::shared_ptr<const Document>> all;
-    for (const std::string& name : embedded_names())
-      if (name.starts_with(shipped_folder))
-        all.push_back(std::make_shared<const Document>(Document::from_text(std::string(embedded_text(name)), name)));
-    return all;
-  }();
+  static std::vector<std::shared_ptr<const Document>> documents;
+  static std::size_t looked_at = 0;
+  for (; looked_at < embedded_names().size(); ++looked_at)
+    if (const std::string& name = embedded_names()[looked_at]; name.starts_with(shipped_folder))
+      documents.push_back(
+          std::make_shared<const Document>(Document::from_text(std::string(embedded_text(name)), name)));
   return documents;
 }
 
-Library::Library() {
-  for (const auto& document : shipped_campaign_documents()) {
-    TableReader reader(document);
-    if (reader.has("variant")) adopt_variants(document, reader, true, false);
+Library::Library(const Selection& selection)
+    : loads_plugins_(selection.loads_plugins), leaves_out_(selection.leaves_out) {
+  adopt_shipped();
+}
+
+void Library::adopt_shipped() {
+  const auto& documents = shipped_campaign_documents();
+  for (; shipped_ < documents.size(); ++shipped_) {
+    TableReader reader(documents[shipped_]);
+    if (reader.has("variant")) adopt_variants(documents[shipped_], reader, true, false);
   }
 }
 
@@ -90,12 +98,42 @@ void Library::load(const std::string& path, std::vector<std::string>& including)
   including.pop_back();
 }
 
+void Library::require_plugins(const Document& document, TableReader& reader) {
+  if (!reader.has("plugins")) return;
+  bool python = false;  // of all systems: after those of plug-ins
+  for (const std::string& plugin : reader.texts("plugins")) {
+    const bool file = plugin.ends_with(".so");
+    if (plugin == python_plugin)
+      python = true;
+    else if (file && loads_plugins_)
+      load_or_leave_out(document.beside(plugin));
+    else if (std::ranges::count(loaded_plugins(), plugin, &LoadedPlugin::name) == 0)
+      reader.fail("plugins",
+                  file ? fmt::format("'{}' is a file, and results and logs load none (allowed: names of "
+                                     "plug-ins that --plugin has loaded)",
+                                     plugin)
+                       : fmt::format("'{}' is not loaded (allowed: its file, or the option --plugin with it)", plugin));
+  }
+  if (python) add_python_rows();
+  adopt_shipped();
+}
+
+void Library::load_or_leave_out(const std::string& plugin) {
+  try {
+    load_plugin(plugin);
+  } catch (const PluginError& error) {
+    if (!leaves_out_) throw;
+    refused_plugins_.emplace_back(error.what());
+  }
+}
+
 void Library::take(const Loaded& document, std::vector<std::string>& including) {
   TableReader reader(document);
   const std::size_t first_included = readers_.size();
+  require_plugins(*document, reader);
   if (reader.has("include"))
     for (const std::string& name : reader.texts("include")) load(document->beside(name), including);
-  for (const char* known : {"name", "variants", "seeds", "scenario", "variant", "study"}) reader.has(known);
+  for (const char* known : {"name", "plugins", "variants", "seeds", "scenario", "variant", "study"}) reader.has(known);
   reader.finish();
   if (const std::string name = reader.text_or("name", "-"); name.empty() || name.find('/') != std::string::npos)
     reader.fail("name", fmt::format("'{}' names no folder (allowed: a text without /)", name));

@@ -5,6 +5,7 @@
 #include "experiments/base/files.hpp"
 #include "experiments/base/machine.hpp"
 #include "experiments/campaign/run_file.hpp"
+#include "experiments/plugin/load_plugin.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -141,7 +142,7 @@ void ResultsFolder::add(const CampaignRun& run, const RunRecord& record, std::st
   else
     write("runs/" + run.id + ".trace", trace);
   write("runs/" + run.id + ".json", run_file_text(run.hash, record, trace));
-  log(fmt::format("{}: {}", run.id, record.status));
+  log(fmt::format("{}: {}", run.id, first_line(record.status)));
 }
 
 void ResultsFolder::write_manifest(std::string_view status, std::span<const RunRecord> records,
@@ -155,6 +156,9 @@ void ResultsFolder::write_manifest(std::string_view status, std::span<const RunR
                      {"compiler", build.compiler},
                      {"build_type", build.build_type},
                      {"fingerprint", program_fingerprint()}};
+  if (!loaded_plugins().empty()) json["plugins"] = Json::array();
+  for (const LoadedPlugin& plugin : loaded_plugins())
+    json["plugins"].push_back({{"name", plugin.name}, {"file", plugin.path}, {"fingerprint", plugin.fingerprint}});
   json["machine"] = {
       {"host", machine.host}, {"cpu", machine.cpu}, {"cores", machine.cores}, {"kernel", machine.kernel}};
   json["jobs"] = jobs_;

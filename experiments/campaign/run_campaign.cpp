@@ -8,6 +8,7 @@
 #include "experiments/campaign/results_folder.hpp"
 #include "experiments/campaign/simulate.hpp"
 #include "experiments/campaign/trace.hpp"
+#include "experiments/plugin/python_rows.hpp"
 
 #include <cstdio>
 #include <filesystem>
@@ -48,20 +49,26 @@ void tell_distrusted(const std::vector<std::string>& problems) {
 }
 
 /// Does the runs that have no record yet; false if interrupted.
-bool fill(const Campaign& campaign, int jobs, ResultsFolder& folder, Records& records) {
+bool fill(const Campaign& campaign, const CampaignOptions& options, int jobs, ResultsFolder& folder, Records& records) {
   std::vector<std::size_t> todo;
   for (std::size_t i = 0; i < records.size(); ++i)
     if (!records[i]) todo.push_back(i);
-  Progress progress(records.size(), records.size() - todo.size());
+  std::optional<Progress> progress;
+  if (options.progress) progress.emplace(records.size(), records.size() - todo.size());
   folder.log(fmt::format("{} runs were there already", records.size() - todo.size()));
   PoolEvents events;
-  events.started = [&](std::size_t i) { progress.started(campaign.runs[i].id); };
+  events.started = [&](std::size_t i) {
+    if (progress) progress->started(campaign.runs[i].id);
+  };
   events.ended = [&](std::size_t i, const Outcome& outcome) {
     records[i] = record_of(campaign, campaign.runs[i], outcome);
     folder.add(campaign.runs[i], *records[i], trace_of(outcome));
-    progress.ended(campaign.runs[i].id, records[i]->status);
+    if (progress) progress->ended(campaign.runs[i].id, first_line(records[i]->status));
   };
-  events.waiting = [&] { progress.tick(); };
+  events.waiting = [&] {
+    if (progress) progress->tick();
+  };
+  events.most_silence_s = options.tick_limit_s;
   events.interrupted = [] { return InterruptGuard::raised(); };
   return work_in_processes(
       todo, jobs, [&](std::size_t i) { return simulate_run(campaign, campaign.runs[i], true); }, events);
@@ -78,7 +85,7 @@ std::string new_results_folder(const std::string& name) {
   return path;
 }
 
-std::optional<std::vector<RunRecord>> run_in_processes(const Campaign& campaign, int jobs) {
+std::optional<std::vector<RunRecord>> run_in_processes(const Campaign& campaign, int jobs, double tick_limit_s) {
   const InterruptGuard guard;
   std::vector<std::size_t> all(campaign.runs.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
@@ -89,6 +96,7 @@ std::optional<std::vector<RunRecord>> run_in_processes(const Campaign& campaign,
     records[i] = record_of(campaign, campaign.runs[i], outcome);
   };
   events.waiting = [] {};
+  events.most_silence_s = tick_limit_s;
   events.interrupted = [] { return InterruptGuard::raised(); };
   const bool done = work_in_processes(
       all, jobs > 0 ? jobs : this_machine().cores,
@@ -105,9 +113,10 @@ CampaignResult run_campaign(const Campaign& campaign, const CampaignOptions& opt
   result.folder = folder.path();
   try {
     Records records;
-    for (const CampaignRun& run : campaign.runs) records.push_back(folder.finished_before(run));
+    for (const CampaignRun& run : campaign.runs)  // what is in Python may have changed
+      records.push_back(written_in_python(campaign.variants[run.variant]) ? std::nullopt : folder.finished_before(run));
     tell_distrusted(folder.distrusted());
-    result.interrupted = !fill(campaign, jobs, folder, records);
+    result.interrupted = !fill(campaign, options, jobs, folder, records);
     for (std::optional<RunRecord>& record : records)
       if (record) result.records.push_back(std::move(*record));
     folder.close(result.interrupted ? "interrupted" : "finished", result.records);

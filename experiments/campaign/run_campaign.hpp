@@ -9,8 +9,10 @@
 namespace solenoid {
 
 struct CampaignOptions {
-  std::string out;  ///< results folder; empty: results/NAME-DATE-TIME below the current folder
-  int jobs = 0;     ///< worker processes; 0: one a core
+  std::string out;              ///< results folder; empty: results/NAME-DATE-TIME below the current folder
+  int jobs = 0;                 ///< worker processes; 0: one a core
+  double tick_limit_s = 600.0;  ///< a run one of whose ticks takes longer is stuck, and fails; 0: none does
+  bool progress = true;         ///< said on standard error
 };
 
 struct CampaignResult {
@@ -30,6 +32,6 @@ CampaignResult run_campaign(const Campaign& campaign, const CampaignOptions& opt
 
 /// The records of a campaign's runs in canonical order, nothing kept on disk and nothing said; nothing if interrupted.
 /// jobs 0: one a core.
-std::optional<std::vector<RunRecord>> run_in_processes(const Campaign& campaign, int jobs);
+std::optional<std::vector<RunRecord>> run_in_processes(const Campaign& campaign, int jobs, double tick_limit_s = 600.0);
 
 }  // namespace solenoid

@@ -106,6 +106,8 @@ std::string csv_text(const std::string& text) {
 
 }  // namespace
 
+std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
+
 const SystemDescription& description_of(const RunRecord& record) {
   const System* system = find_system(record.system);
   return (system ? system : systems().front())->description();

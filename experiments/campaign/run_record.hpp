@@ -14,7 +14,7 @@ namespace solenoid {
 
 /// One run as it is kept and reported: what it was, how it ended and, if it ended well, its metrics.
 ///
-/// status   "ok" | "unstable": a state was not finite | "failed: REASON": an exception or a crash
+/// status   "ok" | "unstable": a state was not finite | "failed: REASON": an exception or a crash; its first line says what
 struct RunRecord {
   std::string variant, scenario, trajectory;
   std::vector<double> conditions;  ///< of the scenario, in the order of the system's description
@@ -26,6 +26,9 @@ struct RunRecord {
   bool ok() const { return status == "ok"; }
   bool failed() const { return status.starts_with("failed"); }
 };
+
+/// Of a status, for tables and lists.
+std::string first_line(const std::string& text);
 
 /// The system that a record is of.
 const SystemDescription& description_of(const RunRecord& record);

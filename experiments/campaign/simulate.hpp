@@ -16,7 +16,8 @@ struct RunResult {
 };
 
 /// One run on a fake clock: the control loop of the rig with a simulated plant. The same variant, scenario and seed
-/// give the same result to the last bit, solver times aside. Throws ConfigError for impossible combinations.
+/// give the same result to the last bit, solver times aside. Throws ConfigError for impossible combinations, and what
+/// fail_run() (run_in_progress.hpp) was told.
 /// `decorate` gets the controller's solver first.
 RunResult simulate(const VariantConfig& variant, const ScenarioConfig& scenario, std::uint64_t seed,
                    const SolverDecorator& decorate = {});

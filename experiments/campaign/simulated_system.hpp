@@ -86,6 +86,8 @@ class SimulatedSystem {
 std::unique_ptr<SimulatedPlant> make_plant(const VariantConfig& variant, const ScenarioConfig& scenario,
                                            std::uint64_t seed);
 
+/// Adds how a system is simulated that has been registered; it has to outlive everything.
+void register_simulation(const SimulatedSystem& simulation);
 /// How a system is simulated.
 const SimulatedSystem& simulation_of(const System& system);
 /// The same of a scenario's system.

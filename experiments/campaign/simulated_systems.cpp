@@ -2,6 +2,7 @@
 #include "experiments/campaign/simulated_system.hpp"
 
 #include <stdexcept>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -11,11 +12,21 @@ namespace solenoid {
 SOLENOID_SYSTEMS(SOLENOID_DECLARE_SIMULATION)
 #undef SOLENOID_DECLARE_SIMULATION
 
-const SimulatedSystem& simulation_of(const System& system) {
+namespace {
+
+std::vector<const SimulatedSystem*>& simulations() {
 #define SOLENOID_LISTED_SIMULATION(name) &name##_simulation(),
-  static const SimulatedSystem* const all[] = {SOLENOID_SYSTEMS(SOLENOID_LISTED_SIMULATION)};
+  static std::vector<const SimulatedSystem*> all = {SOLENOID_SYSTEMS(SOLENOID_LISTED_SIMULATION)};
 #undef SOLENOID_LISTED_SIMULATION
-  for (const SimulatedSystem* simulation : all)
+  return all;
+}
+
+}  // namespace
+
+void register_simulation(const SimulatedSystem& simulation) { simulations().push_back(&simulation); }
+
+const SimulatedSystem& simulation_of(const System& system) {
+  for (const SimulatedSystem* simulation : simulations())
     if (&simulation->system() == &system) return *simulation;
   throw std::invalid_argument("the system '" + system.name() + "' has no simulation");
 }

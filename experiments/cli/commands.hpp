@@ -38,6 +38,7 @@ void add_soak(CLI::App& app, int& exit_code);
 void add_tune(CLI::App& app, int& exit_code);
 void add_identify(CLI::App& app, int& exit_code);
 void add_size(CLI::App& app, int& exit_code);
+void add_new(CLI::App& app, int& exit_code);
 void add_man(CLI::App& app, int& exit_code);
 void add_completion(CLI::App& app, int& exit_code);
 void add_complete(CLI::App& app, int& exit_code);  ///< hidden: what completion asks

@@ -1,3 +1,4 @@
+#include "core/config/one_line.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/interrupt.hpp"
@@ -18,6 +19,7 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace solenoid {
 namespace {
@@ -33,9 +35,10 @@ struct CompareArguments {
   int live_port = 0;
 };
 
-void report(const CampaignResult& result, const CompareArguments& options) {
+void report(const Campaign& campaign, const CampaignResult& result, const CompareArguments& options) {
   if (options.output.format == "csv") return write_standard_output(to_csv(result.records));
   Result found = result_of(result.records, options.details || result.records.size() <= most_rows);
+  if (std::string note = real_time_note(campaign.variants); !note.empty()) found.notes.push_back(std::move(note));
   found.notes.push_back("Results: " + result.folder);
   options.output.write(found);
 }
@@ -49,13 +52,21 @@ std::unique_ptr<LiveServer> serve(const Campaign& campaign, CompareArguments& op
   return server;
 }
 
+void tell_left_out(const WithoutPlugins& out) {
+  for (const std::string& why : out.plugins) std::fprintf(stderr, "solenoid: %s\n", one_line(why).c_str());
+  if (!out.names.empty())
+    std::fprintf(stderr, "solenoid: left out without it: %s\n", fmt::format("{}", fmt::join(out.names, ", ")).c_str());
+}
+
 int compare(CompareArguments options) {
+  options.selection.leaves_out = true;
   const Campaign campaign = read_campaign(options.campaign, options.selection);
+  tell_left_out(campaign.without);
   std::optional<InterruptGuard> guard;  // a live page stays until Ctrl-C
   if (options.live) guard.emplace();
   const std::unique_ptr<LiveServer> server = serve(campaign, options);
   const CampaignResult result = run_campaign(campaign, options.run);
-  report(result, options);
+  report(campaign, result, options);
   if (result.interrupted) {
     std::fprintf(stderr,
                  "solenoid: interrupted with %zu of %zu runs finished; the same command with --out %s resumes\n",
@@ -67,7 +78,7 @@ int compare(CompareArguments options) {
   const auto failed = std::count_if(result.records.begin(), result.records.end(), [](auto& r) { return r.failed(); });
   if (failed > 0) std::fprintf(stderr, "solenoid: %td runs failed\n", failed);
   if (server) server->stay();
-  return failed > 0 ? failure : success;
+  return failed > 0 || !campaign.without.plugins.empty() ? failure : success;
 }
 
 }  // namespace
@@ -79,6 +90,11 @@ void add_compare(CLI::App& app, int& exit_code) {
       ->type_name(value_kind::campaign);
   add_out_option(*command, options->run.out);
   add_jobs_option(*command, options->run.jobs);
+  command
+      ->add_option("--tick-limit", options->run.tick_limit_s,
+                   "a run fails that computes longer at one tick; default 600, 0: none does")
+      ->type_name("S")
+      ->check(CLI::Range(0.0, 1e6));
   add_output_options(*command, options->output);
   command->add_option("--variant", options->selection.variants, "these variants in place of the campaign's")
       ->type_name(value_kind::variant)

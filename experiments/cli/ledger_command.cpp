@@ -1,19 +1,16 @@
-#include "core/config/reader.hpp"
 #include "experiments/base/interrupt.hpp"
 #include "experiments/base/result.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/output_options.hpp"
 #include "experiments/cli/value_kinds.hpp"
 #include "experiments/ledger/ledger.hpp"
-#include "experiments/profile/shipped_instances.hpp"
+#include "experiments/profile/profiling.hpp"
 
-#include <algorithm>
 #include <cstdio>
 #include <memory>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <unistd.h>
 
 namespace solenoid {
@@ -26,24 +23,10 @@ struct LedgerCommand {
   std::vector<std::string> variants = {"nine_state", "nine_state_4"};
 };
 
-InstanceSet instances_of(const LedgerCommand& command) {
-  InstanceSet set = command.instances.empty() ? parse_instances(shipped_instance_bytes(), shipped_instances_name)
-                                              : read_instances(command.instances);
-  std::vector<std::string> names;
-  for (const VariantInstances& v : set.variants) names.push_back(v.name);
-  for (const std::string& wanted : command.variants)
-    if (std::find(names.begin(), names.end(), wanted) == names.end())
-      throw ConfigError(
-          fmt::format("--variant: '{}' has no instances there (allowed: {})", wanted, fmt::join(names, ", ")));
-  std::erase_if(set.variants, [&](const VariantInstances& v) {
-    return std::find(command.variants.begin(), command.variants.end(), v.name) == command.variants.end();
-  });
-  return set;
-}
-
 int ledger(LedgerCommand command) {
   const InterruptGuard guard;
-  const InstanceSet set = instances_of(command);
+  InstanceSet set = instances_from(command.instances);
+  select_variants(command.variants, set);
   const bool terminal = isatty(STDERR_FILENO) != 0;
   command.options.stop = InterruptGuard::raised;
   command.options.progress = [&](const std::string& variant, std::size_t done, std::size_t of) {

@@ -1,6 +1,5 @@
 #include "core/config/reader.hpp"
 #include "experiments/base/interrupt.hpp"
-#include "experiments/base/machine.hpp"
 #include "experiments/base/result.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/output_options.hpp"
@@ -25,15 +24,6 @@ struct TuneArguments {
   OutputOptions output;
 };
 
-/// The picture is no reason to lose what was found.
-void try_to_draw(const Plot& plot, const std::string& path) {
-  try {
-    draw(plot, path);
-  } catch (const ConfigError& error) {
-    fmt::print(stderr, "solenoid: no picture: {}\n", error.what());
-  }
-}
-
 /// Reads "air_g=2".
 std::pair<std::string, double> parse_limit(const std::string& text) {
   const std::size_t equals = text.find('=');
@@ -50,16 +40,16 @@ int run_tuning(TuneArguments& options) {
   for (const std::string& text : options.free) settings.free.push_back(parse_free_parameter(text));
   for (const std::string& text : options.limits) settings.limits.insert(parse_limit(text));
   settings.aim = options.objective == "step" ? TuneAim::step : TuneAim::rmse;
-  if (settings.out.empty()) settings.out = fmt::format("results/tune-{}-{}", settings.variant, compact_timestamp());
+  if (settings.out.empty()) settings.out = new_tuning_folder(settings.variant);
   const InterruptGuard guard;
   const TuneResult result = tune(settings, [&](const TuneResult& so_far) {
     fmt::print(stderr, "{}\n", tune_progress(settings, so_far));
     std::fflush(stderr);
   });
   if (!result.steps.empty()) {
-    const Result found = result_of(settings, result);
-    options.output.write(found);
-    try_to_draw(*found.plot, result.folder + "/history.svg");
+    options.output.write(result_of(settings, result));
+    if (const std::string why = draw_history(result); !why.empty())
+      fmt::print(stderr, "solenoid: no picture: {}\n", why);
   }
   if (!result.interrupted()) return success;
   fmt::print(stderr, "solenoid: interrupted after {} steps; the same command with --out {} resumes\n",

@@ -13,7 +13,7 @@ namespace {
 /// The campaign of that name or file; nothing if it cannot be read, which its command will say.
 std::optional<Campaign> campaign_named(const std::string& name) try {
   if (name.empty()) return std::nullopt;
-  return read_campaign(name);
+  return read_campaign(name, {.loads_plugins = false});  // nothing that a file names is run for a completion
 } catch (const std::exception&) {
   return std::nullopt;
 }

@@ -114,6 +114,8 @@ VariantProfile conclude(const Course& c, const InstanceSet& set, double limit_ms
   p.estimate_us = cost.estimate_us;
   p.prepare_us = cost.prepare_us;
   if (c.best.empty()) return p;
+  p.samples = c.best;
+  p.solve_nodes.assign(c.replay->nodes().begin(), c.replay->nodes().end());
   split_time(c.best, p);
   p.time_us = percentiles_of(c.off_us);
   p.timed_us = percentiles_of(c.on_us);

@@ -36,6 +36,8 @@ struct VariantProfile {
   double proven_fraction = 0;
   std::optional<CounterValues> counters;  ///< of one pass
   std::vector<double> solve_us;           ///< each instance's time
+  std::vector<ReplaySample> samples;      ///< each instance's pass of least time among those with phase timing
+  std::vector<std::int64_t> solve_nodes;  ///< each instance's nodes or iterations
   std::vector<std::size_t> histogram;     ///< of solve_us, bins of histogram_edge_us
 };
 

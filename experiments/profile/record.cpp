@@ -189,16 +189,18 @@ void keep_run(double duration_s, std::size_t count, std::uint32_t motion, const 
 
 }  // namespace
 
-InstanceSet record_instances(const Campaign& campaign, std::size_t per_variant) {
+InstanceSet record_instances(const Campaign& campaign, std::size_t per_variant, const Interrupted& interrupted) {
   InstanceSet set = with_motions(campaign);
   const std::size_t runs = campaign.scenarios.size() * campaign.seeds.size();
   const std::size_t per_run = std::max<std::size_t>(1, per_variant / runs);
   for (const VariantConfig& v : campaign.variants) {
     VariantInstances& variant = add_variant(campaign, v, set);
     for (std::size_t s = 0; s < campaign.scenarios.size(); ++s)
-      for (const std::uint64_t seed : campaign.seeds)
+      for (const std::uint64_t seed : campaign.seeds) {
+        if (interrupted && interrupted()) return set;
         keep_run(campaign.scenarios[s].duration_s, per_run, static_cast<std::uint32_t>(s), set, variant,
                  [&](const SolverDecorator& r) { simulate(variant.config, campaign.scenarios[s], seed, r); });
+      }
   }
   return set;
 }

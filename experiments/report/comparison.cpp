@@ -1,6 +1,7 @@
 #include "experiments/report/comparison.hpp"
 
 #include "experiments/campaign/ensemble.hpp"
+#include "experiments/plugin/python_rows.hpp"
 #include "experiments/report/headings.hpp"
 #include "experiments/report/ranking.hpp"
 
@@ -60,8 +61,9 @@ Table summary(const Ranking& ranking) {
                       number(v.p95),
                       number(v.worst)};
     for (std::size_t i = 0; i < efforts.size(); ++i) row.push_back(v.ranked ? Json(v.efforts[i]) : Json());
-    row.push_back(number(v.solve_p50_us));
-    row.push_back(number(v.solve_p99_us));
+    const bool solved = v.solve_p99_us > 0;  // a law solves nothing
+    row.push_back(solved ? number(v.solve_p50_us) : Json());
+    row.push_back(solved ? number(v.solve_p99_us) : Json());
     std::string troubles = fmt::format("{} of {}", v.failed, v.runs);
     if (v.unstable > 0) troubles += fmt::format(", {} unstable", v.unstable);
     row.push_back(troubles);
@@ -99,8 +101,8 @@ Table scenario_table(const std::vector<const RunRecord*>& runs) {
     Table::Row row = {"  " + r->variant, r->seed};
     for (const std::string& key : keys)
       row.push_back(r->metrics && r->metrics->has(key) ? Json(r->metrics->number(key)) : Json());
-    row.push_back(r->metrics ? Json(r->metrics->solve_us.p99) : Json());
-    row.push_back(r->status);
+    row.push_back(r->metrics && r->metrics->solve_us.p99 > 0 ? Json(r->metrics->solve_us.p99) : Json());
+    row.push_back(first_line(r->status));
     table.add(std::move(row));
   }
   for (const std::size_t column : marked) mark_least(table, column);
@@ -140,6 +142,13 @@ std::vector<Table> ensembles(std::span<const RunRecord> records) {
 }
 
 }  // namespace
+
+std::string real_time_note(std::span<const VariantConfig> variants) {
+  std::vector<std::string> names;
+  for (const VariantConfig& variant : variants)
+    if (!is_real_time(variant)) names.push_back(variant.name);
+  return names.empty() ? "" : fmt::format("Not real time, in simulation only: {}.", enumeration(names));
+}
 
 Result result_of(std::span<const RunRecord> records, bool details) {
   Result result{.facts = {{"runs", Json::array()}}};

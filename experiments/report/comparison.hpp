@@ -11,4 +11,7 @@ namespace solenoid {
 /// is in the columns is the system's description's. JSON: `{"runs": [...]}`; CSV is to_csv's.
 Result result_of(std::span<const RunRecord> records, bool details);
 
+/// A sentence with the variants that cannot run on hardware; nothing if all can.
+std::string real_time_note(std::span<const VariantConfig> variants);
+
 }  // namespace solenoid

@@ -147,7 +147,7 @@ Results read_results(const std::string& folder) {
   const std::string resolved = folder + "/resolved.toml";
   if (!fs::is_regular_file(resolved, ignored))
     throw ConfigError(fmt::format("{}: is missing (allowed: {})", resolved, allowed));
-  results.campaign = read_campaign(resolved);
+  results.campaign = read_campaign(resolved, {.loads_plugins = false});
   read_runs(folder, results);
   std::erase_if(results.runs, [&](const StoredRun& run) { return !belongs_to(results, run.record); });
   sort_runs(results.campaign, results.runs);

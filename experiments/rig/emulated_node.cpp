@@ -9,7 +9,7 @@
 namespace solenoid {
 namespace {
 
-constexpr std::size_t most_events = 1000, most_refusals_told = 100;
+constexpr std::size_t most_kept_events = 1000, most_refusals_told = 100;
 constexpr std::size_t most_answer_to_a_stranger = 3;  // times what was asked with, as RFC 9000, section 8, has it
 constexpr double offer_holds_s = 1.0;
 constexpr double rounding_v = 1e-6;  // a voltage travels in whole microvolts
@@ -208,7 +208,7 @@ NodePacket EmulatedNode::sample(const NodePacket& asked, double now_s) {
 }
 
 void EmulatedNode::event(double now_s, std::string what) {
-  if (log_.events.size() < most_events) log_.events.push_back({time_s(now_s), std::move(what)});
+  if (log_.events.size() < most_kept_events) log_.events.push_back({time_s(now_s), std::move(what)});
 }
 
 }  // namespace solenoid

@@ -216,7 +216,8 @@ std::vector<SwitchPattern> translated_patterns(const ModeSet& from, const ModeSe
 Campaign recorded_campaign(const RecordedRun& run, std::vector<std::string> variants) {
   if (variants.empty()) variants = {said(run, "variant")};
   return of_log(run, "campaign", [&](const std::string& name) {
-    return read_campaign(Document::from_text(said(run, "campaign"), name), {variants, {said(run, "scenario")}});
+    return read_campaign(Document::from_text(said(run, "campaign"), name),
+                         {variants, {said(run, "scenario")}, {}, false});
   });
 }
 

@@ -5,6 +5,7 @@
 #include "core/config/reader.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/interrupt.hpp"
+#include "experiments/base/machine.hpp"
 #include "experiments/campaign/results_folder.hpp"
 #include "experiments/campaign/run_campaign.hpp"
 #include "experiments/campaign/variant_numbers.hpp"
@@ -340,6 +341,10 @@ std::vector<std::string> tune_algorithms() {
   names.reserve(std::size(algorithms));
   for (const Algorithm& a : algorithms) names.push_back(a.name);
   return names;
+}
+
+std::string new_tuning_folder(const std::string& variant) {
+  return fmt::format("results/tune-{}-{}", variant, compact_timestamp());
 }
 
 TuneResult tune(const TuneSettings& settings, const std::function<void(const TuneResult&)>& progress) {

@@ -52,6 +52,8 @@ struct TuneSettings {
 };
 /// Whether a system's runs have what TuneAim::step judges.
 bool has_step_metrics(const SystemDescription& system);
+/// results/tune-VARIANT-DATE-TIME below the current folder.
+std::string new_tuning_folder(const std::string& variant);
 /// NLopt's, all without derivatives and deterministic.
 std::vector<std::string> tune_algorithms();
 

@@ -1,5 +1,6 @@
 #include "experiments/tune/tune_report.hpp"
 
+#include "core/config/reader.hpp"
 #include "experiments/base/result.hpp"
 #include "experiments/report/headings.hpp"
 
@@ -115,6 +116,15 @@ Result result_of(const TuneSettings& settings, const TuneResult& result) {
                     fmt::format("Results: {}; judge it elsewhere: solenoid compare {}/tuned.toml", result.folder,
                                 result.folder)},
           .plot = plot_of(result)};
+}
+
+std::string draw_history(const TuneResult& result) {
+  try {
+    draw(plot_of(result), result.folder + "/history.svg");
+    return {};
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
 }
 
 std::string tune_progress(const TuneSettings& settings, const TuneResult& result) {

@@ -55,7 +55,8 @@ seed mcap '' "$made"/run/*.mcap
 seed instances '' "$made"/*.instances
 seed trace '' "$made"/compare/runs/*.trace
 seed results '' "$made"/compare/runs/*.json "$made"/profile.json
-mkdir -p "$corpus/node" "$corpus/http"
+mkdir -p "$corpus/node" "$corpus/http" "$corpus/plugin"
+printf 'SOLENOID PLUG-IN\nname=mine\nabi=1 0123456789abcdef, gcc 12, alignment 16\n\n' >"$corpus/plugin/seed-1"
 printf '\4\11\0\5\11\0\0\0\100\102\17\0\5\1\0\4\0\1\0\0\6\1\0\10' >"$corpus/node/seed-1"
 printf 'GET /runs.json?after=3 HTTP/1.1\r\nHost: {HOST}\r\nRange: bytes=0-3\r\n\r\n' >"$corpus/http/seed-1"
 

@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <ctime>
 #include <map>
 #include <numeric>
 #include <stdexcept>
@@ -72,6 +73,43 @@ TEST(Processes, ACrashOrExceptionIsThatItemsAlone) {
   EXPECT_THAT(recorded.outcomes[4].text, HasSubstr("without a result"));
   EXPECT_EQ(recorded.outcomes[5].text, "fine");
   EXPECT_EQ(recorded.outcomes[6].text, "fine");
+}
+
+TEST(Processes, SilenceForTooLongIsAnEndToo) {
+  Recorded recorded;
+  PoolEvents events = recorded.events();
+  events.most_silence_s = 0.4;
+  const auto work = [](std::size_t i) -> std::string {
+    if (i == 0) ::pause();
+    for (int step = 0; step < 8; ++step) {  // longer than that, but not in silence
+      timespec rest = {0, 100'000'000};
+      ::nanosleep(&rest, nullptr);
+      work_goes_on();
+    }
+    return "fine";
+  };
+  EXPECT_TRUE(work_in_processes(items(2), 2, work, events));
+  EXPECT_FALSE(recorded.outcomes[0].done);
+  EXPECT_THAT(recorded.outcomes[0].text, HasSubstr("stuck"));
+  EXPECT_EQ(recorded.outcomes[1].text, "fine");
+}
+
+TEST(Processes, HooksAreCalledAroundEachFork) {
+  int before = 0, after = 0, in_child = 0;
+  around_forks({.before = [&] { ++before; },
+                .in_parent = [&] { ++after; },
+                .in_child = [&] { ++in_child; },
+                .child_ends = [&] { in_child += 10; }});
+  Recorded recorded;
+  EXPECT_TRUE(work_in_processes(
+      items(3), 2, [&](std::size_t) { return std::to_string(100 * before + 10 * after + in_child); },
+      recorded.events()));
+  around_forks({});
+  EXPECT_EQ(before, 3);
+  EXPECT_EQ(after, 3);
+  EXPECT_EQ(in_child, 0);
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_EQ(recorded.outcomes[i].text, std::to_string(100 * (i + 1) + 10 * i + 1)) << i;
 }
 
 TEST(Processes, ResultsLargerThanAPipeArriveWhole) {
