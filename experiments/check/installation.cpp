@@ -97,7 +97,8 @@ std::vector<Check> check_installation() {
       library("CLI11", CLI11_VERSION),
       library("nlohmann/json", fmt::format("{}.{}.{}", NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
                                            NLOHMANN_JSON_VERSION_PATCH))};
-  const auto versions = debian_versions({"libtomlplusplus-dev", "libxsimd-dev", "pybind11-dev", "python3-numpy"});
+  const auto versions =
+      debian_versions({"libtomlplusplus-dev", "libxsimd-dev", "pybind11-dev", "python3-numpy", "python3-sympy"});
   for (const auto& [name, package] : {std::pair{"toml++", "libtomlplusplus-dev"}, {"xsimd", "libxsimd-dev"}})
     if (const auto found = versions.find(package); found != versions.end())
       checks.push_back(library(name, found->second));
@@ -105,6 +106,7 @@ std::vector<Check> check_installation() {
   checks.push_back(optional_program("gnuplot", "gnuplot-nox", "figures"));
   checks.push_back(optional_library("pybind11", "pybind11-dev", "building the Python package", versions));
   checks.push_back(optional_library("NumPy", "python3-numpy", "the Python package", versions));
+  checks.push_back(optional_library("SymPy", "python3-sympy", "models in Python", versions));
   const ComediSupport comedi = comedi_support();
   checks.push_back({"optional", "comedi driver", comedi.built && comedi.library ? "ok" : "missing", comedi.detail});
   checks.push_back(optional_program("python3", "python3", "tests of the script and logs"));

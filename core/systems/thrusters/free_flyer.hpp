@@ -1,7 +1,7 @@
 #pragma once
 
 #include "core/mpc/hybrid_model.hpp"
-#include "core/systems/thrusters/sine_cosine.hpp"
+#include "core/mpc/sine_cosine.hpp"
 
 #include <algorithm>
 #include <cmath>

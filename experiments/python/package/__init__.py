@@ -11,18 +11,42 @@ Keys and values are those of the TOML files (docs/reference/configuration.md); w
 
 from __future__ import annotations
 
-import json
+import os
+import sys
 import tomllib
 
-from . import _core
-from ._core import (Command, ConfigError, Controller, Decision, Metrics, Percentiles, Plant, Run, Scenario, Sensors,
-                    Variant, campaigns, simulate, variants)
+_flags = sys.getdlopenflags()
+sys.setdlopenflags(_flags | os.RTLD_GLOBAL)  # plug-ins find the library in it
+try:
+    from . import _core
+finally:
+    sys.setdlopenflags(_flags)
+from ._core import (Command, ConfigError, Controller, Decision, Measurement, Metrics, Percentiles, PeriodProblem, Plan,
+                    Plant, Plugin, Problem, Run, Scenario, Sensors, Variant, campaigns, loaded_plugins, variants)
+from ._text import toml as _toml
+from .control import Comparison, PythonController, PythonSolver, compare, simulate
+from .data import (Ledger, Profile, Records, Results, Tuning, ledger, profile, read_results, report, report_figure,
+                   run_campaign, table, tune)
+from .instances import (Instances, Motion, Solutions, VariantInstances, read_instances, record_instances,
+                        write_instances)
+from .model import BuiltModel, Model
 
 __version__ = _core.__version__
 __all__ = [
-    "Command", "ConfigError", "Controller", "Decision", "Metrics", "Percentiles", "Plant", "Run", "Scenario", "Sensors",
-    "Variant", "campaigns", "configuration", "run_campaign", "scenario", "simulate", "table", "variant", "variants"
+    "BuiltModel", "Command", "Comparison", "ConfigError", "Controller", "Decision", "Instances", "Ledger",
+    "Measurement", "Metrics", "Model", "Motion", "Percentiles", "PeriodProblem", "Plan", "Plant", "Plugin",
+    "Problem", "Profile", "PythonController", "PythonSolver", "Records", "Results", "Run", "Scenario", "Sensors",
+    "Solutions", "Tuning", "Variant", "VariantInstances", "campaigns", "compare", "configuration", "ledger",
+    "load_plugin", "loaded_plugins", "profile", "read_instances", "read_results", "record_instances", "report",
+    "report_figure", "run_campaign", "scenario", "simulate", "table", "tune", "variant", "variants",
+    "write_instances"
 ]
+
+
+def load_plugin(path):
+    """Loads a plug-in, a shared object of one's own, with all that it registers: systems, solvers, laws, estimators.
+    ConfigError where it is not made for this version, or fails while it is loaded. One that is loaded is left alone."""
+    _core.load_plugin(os.fspath(path))
 
 
 def variant(name, /, base=None, campaign=None, **changes):
@@ -41,9 +65,11 @@ def variant(name, /, base=None, campaign=None, **changes):
 
 def scenario(name="scenario", /, trajectory=None, **keys):
     """A task and its plant; `trajectory` is a kind ("cycloidal", "sine", ...) or a table. Default: the cycloid. Of a system
-    with several axes (`system="thrusters"`) it is a table each by their names."""
+    with several axes (`system="thrusters"`) it is a table each by their names. Another system's outputs rest without one."""
+    if trajectory is None:
+        trajectory = {} if "system" in keys else "cycloidal"
     if not isinstance(trajectory, dict):
-        trajectory = {"kind": trajectory or "cycloidal"}
+        trajectory = {"kind": trajectory}
     return _core.scenario_from(_toml({"name": name, "trajectory": trajectory, **keys}))
 
 
@@ -52,51 +78,9 @@ def configuration(campaign="default", variants=(), scenarios=()):
     return tomllib.loads(_core.resolve(str(campaign), list(variants), list(scenarios)))
 
 
-def run_campaign(campaign="default", *, variants=(), scenarios=(), jobs=0):
-    """Every run of a campaign, file or shipped name, in processes (0: one a core). A list of dictionaries, the objects of
-    `solenoid compare --format json`. Nothing is written."""
-    return json.loads(_core.run_campaign(str(campaign), list(variants), list(scenarios), jobs))["runs"]
-
-
-def table(records):
-    """The records of run_campaign as one structured NumPy array; a run that did not end well has NaN."""
-    import numpy
-
-    texts = ("variant", "scenario", "trajectory", "status")
-    numbers = sorted({key for record in records for key, value in record.items() if _is_number(value)})
-    columns = [(key, numpy.array([record[key] for record in records])) for key in texts]
-    columns += [(key, numpy.array([_number(record.get(key)) for record in records])) for key in numbers]
-    rows = numpy.empty(len(records), dtype=[(key, column.dtype) for key, column in columns])
-    for key, column in columns:
-        rows[key] = column
-    return rows
-
-
-def _is_number(value):
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
-
-
-def _number(value):
-    return float(value) if _is_number(value) else float("nan")
-
-
 def _merged(table, changes):
     merged = dict(table)
     for key, value in changes.items():
         both = isinstance(value, dict) and isinstance(merged.get(key), dict)
         merged[key] = _merged(merged[key], value) if both else value
     return merged
-
-
-def _toml(table):
-    return "".join(f"{key} = {_toml_value(value)}\n" for key, value in table.items())
-
-
-def _toml_value(value):
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {_toml_value(inner)}" for key, inner in value.items()) + " }"
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_toml_value(inner) for inner in value) + "]"
-    if isinstance(value, (bool, str)):
-        return json.dumps(value)
-    return repr(value.item() if hasattr(value, "item") else value)

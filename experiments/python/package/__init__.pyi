@@ -1,9 +1,19 @@
 from collections.abc import Sequence
 from os import PathLike
-from typing import Any, final
+from typing import Any, final, overload
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .control import (Comparison as Comparison, PythonController as PythonController, PythonSolver as PythonSolver,
+                      compare as compare, simulate as simulate)
+from .data import (Ledger as Ledger, Profile as Profile, Records as Records, Results as Results, Tuning as Tuning,
+                   ledger as ledger, profile as profile, read_results as read_results, report as report,
+                   report_figure as report_figure, run_campaign as run_campaign, table as table, tune as tune)
+from .instances import (Instances as Instances, Motion as Motion, Solutions as Solutions,
+                        VariantInstances as VariantInstances, read_instances as read_instances,
+                        record_instances as record_instances, write_instances as write_instances)
+from .model import BuiltModel as BuiltModel, Model as Model
 
 __version__: str
 
@@ -20,6 +30,10 @@ class Variant:
     modes: str
     solver: str
     estimator: str
+    real_time: bool
+    """Whether it can run on hardware: nothing in Python, no solver that allocates."""
+    toml: str
+    """The table it was read from."""
     settings: dict[str, float | int | bool | str | list[int] | None]
     """Every key by its dotted name, as this variant has it: `./solenoid list keys --system NAME`."""
     def __getattr__(self, name: str) -> Any: ...
@@ -121,13 +135,97 @@ class Plant:
     def read(self, time_s: float) -> Sensors: ...
     def write(self, command: Command) -> None: ...
 
+@final
+class Measurement:
+    """What a controller in Python sees of a tick. Each number is there by its name in logs, too: measured channels
+    (`position_m`), estimates (`estimate_m`), desired values and rates (`reference_m`); `dir(measurement)` has all of
+    them. Arrays are copies, in the order and SI units of the system's description (`./solenoid list systems`)."""
+    time_s: float
+    tick: int  # since the start
+    commanded: int  # the pattern of switches commanded last; bit c: switch c on
+    value: NDArray[np.float64]  # measured channels, shape (channels,); NaN: missing
+    estimate: NDArray[np.float64]  # the state as the variant's estimator believes, shape (states,)
+    reference: NDArray[np.float64]  # desired values, shape (axes,)
+    reference_rate: NDArray[np.float64]
+    reference_acceleration: NDArray[np.float64]
+    def reference_at(self, time_s: float) -> NDArray[np.float64]:
+        """What is desired at another time: value, rate and acceleration of each axis, shape (axes, 3). During the run
+        alone."""
+    def __getattr__(self, name: str) -> float: ...
+
+@final
+class PeriodProblem:
+    """The problem that a solver in Python gets: N steps of dt_s in B blocks, over each of which a mode is held. It is
+    there while solve() runs. Arrays are copies, in SI units."""
+    dt_s: float
+    blocks: NDArray[np.int32]  # steps of each block, shape (B,)
+    modes: list[str]  # names; a plan's numbers are indices into this
+    patterns: NDArray[np.uint32]  # of the modes; bit c: switch c on
+    points: NDArray[np.float64]  # the model's switched inputs in each mode, shape (modes, switched inputs)
+    initial: NDArray[np.float64]  # state, shape (states,)
+    reference: NDArray[np.float64]  # desired outputs after each step, shape (N, outputs)
+    commanded: int  # the pattern of switches commanded last
+    input_lower: NDArray[np.float64]  # of the continuous inputs, shape (inputs,)
+    input_upper: NDArray[np.float64]
+    warm_start: NDArray[np.int32]  # the last plan as it goes on, shape (B,)
+    warm_inputs: NDArray[np.float64]  # its continuous inputs, shape (B, inputs)
+    seconds_left: float  # to the deadline; infinity without one
+    @overload
+    def cost(self, modes: Sequence[int] | Sequence[str], continuous: Any = None) -> float: ...
+    @overload
+    def cost(self, modes: NDArray[Any], continuous: Any = None) -> Any:
+        """What plans cost as the model and the weights have it, infinity where a dwell or bound forbids: of one plan,
+        modes of shape (B,), a number; of several, shape (plans, B), an array (plans,). continuous: (..., B, inputs);
+        none: zeros."""
+
+@final
+class Plan:
+    """What a solver found for a Problem of B blocks, and how. Arrays are copies."""
+    modes: NDArray[np.int32]  # numbers of the problem's modes, shape (B,)
+    inputs: NDArray[np.float64]  # continuous inputs, shape (B, inputs)
+    weights: NDArray[np.float64] | None  # of a relaxation that rides in the plan, rows of sum 1, shape (B, modes)
+    status: str  # "optimal", "feasible", "deadline_reached", "iteration_limit", "infeasible", "numerical_failure"
+    cost: float  # by the model's own prediction
+    bound: float  # no plan costs less
+    switches: int  # changes of a switch, the first against the safe pattern
+    nodes: int
+    time_s: float
+
+@final
+class Problem:
+    """The problem that a variant poses, to be solved once and by itself: N steps of dt_s in B blocks, of each of which a
+    mode is held. Switches are free to change. Arrays are copies; what is set is of SI units."""
+    dt_s: float
+    blocks: NDArray[np.int32]  # steps of each block, shape (B,)
+    modes: list[str]  # names; a plan's numbers are indices into this
+    points: NDArray[np.float64]  # the model's switched inputs in each mode, shape (modes, switched inputs)
+    def __init__(self, variant: Variant) -> None: ...
+    @property
+    def initial(self) -> NDArray[np.float64]:
+        """The state that it begins at, shape (states,); zero until it is set."""
+    @initial.setter
+    def initial(self, values: Any) -> None: ...
+    @property
+    def reference(self) -> NDArray[np.float64]:
+        """Desired outputs after each step, shape (N, outputs); zero until it is set, as a whole or as a row for all."""
+    @reference.setter
+    def reference(self, values: Any) -> None: ...
+    def solve(self, start: Plan | None = None, deadline_s: float | None = None) -> Plan:
+        """Has the variant's solver find a plan, from a plan of the same shape on; by a deadline, or to the end."""
+    def plan(self, modes: Sequence[int], inputs: Any = None) -> Plan:
+        """A plan by hand, shape (B,) and (B, inputs) or one row for all, with what it costs."""
+
+@final
+class Plugin:
+    """A shared object that was loaded."""
+    name: str
+    path: str
+
+def load_plugin(path: str | PathLike[str]) -> None: ...
+def loaded_plugins() -> list[Plugin]: ...
 def variants() -> list[str]: ...
 def campaigns() -> list[str]: ...
-def simulate(variant: Variant, scenario: Scenario, seed: int = 1) -> Run: ...
 def variant(name: str, /, base: str | None = None, campaign: str | PathLike[str] | None = None, **changes: Any) -> Variant: ...
 def scenario(name: str = "scenario", /, trajectory: str | dict[str, Any] | None = None, **keys: Any) -> Scenario: ...
 def configuration(campaign: str | PathLike[str] = "default", variants: Sequence[str] = (),
                   scenarios: Sequence[str] = ()) -> dict[str, Any]: ...
-def run_campaign(campaign: str | PathLike[str] = "default", *, variants: Sequence[str] = (),
-                 scenarios: Sequence[str] = (), jobs: int = 0) -> list[dict[str, Any]]: ...
-def table(records: list[dict[str, Any]]) -> NDArray[np.void]: ...
