@@ -31,7 +31,6 @@ class SolverMakers {
     return all;
   }
 
-  bool makes(std::type_index model) const { return any_ || find(model); }
   /// Null for a model that it cannot be made for.
   AnySolverPtr make(std::type_index model, const VariantConfig& variant) const {
     if (const Make* own = find(model)) return (*own)(variant);

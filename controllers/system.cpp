@@ -15,21 +15,20 @@ System::System(const SystemDescription& description, Choices choices)
   list_keys();
 }
 
-void System::add(SolverRow row, const std::vector<AddedKey>& keys) {
+template <class Row>
+void System::add_decider(std::vector<Row>& rows, Row row, const std::vector<AddedKey>& keys) {
   require_new(names_of(choices_.solvers), row.name, "solver");
   require_new(names_of(choices_.laws), row.name, "law");
   if (!keys.empty()) row.groups.push_back(row.name);
-  choices_.solvers.push_back(row);
-  add_keys_of(row.name, keys);
+  rows.push_back(std::move(row));
+  add_keys_of(rows.back().name, keys);
 }
 
-void System::add(LawRow row, const std::vector<AddedKey>& keys) {
-  require_new(names_of(choices_.solvers), row.name, "solver");
-  require_new(names_of(choices_.laws), row.name, "law");
-  if (!keys.empty()) row.groups.push_back(row.name);
-  choices_.laws.push_back(row);
-  add_keys_of(row.name, keys);
+void System::add(SolverRow row, const std::vector<AddedKey>& keys) {
+  add_decider(choices_.solvers, std::move(row), keys);
 }
+
+void System::add(LawRow row, const std::vector<AddedKey>& keys) { add_decider(choices_.laws, std::move(row), keys); }
 
 void System::add(EstimatorName row, const std::vector<AddedKey>& keys) {
   require_new(names_of(choices_.estimators), row.name, "estimator");

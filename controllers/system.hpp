@@ -97,6 +97,9 @@ class System {
  private:
   /// Refuses a name that is taken in `kind`.
   void require_new(const std::vector<std::string>& names, const std::string& name, const char* kind) const;
+  /// Takes up a row that decides what is commanded, a solver or a law: no two of them have one name.
+  template <class Row>
+  void add_decider(std::vector<Row>& rows, Row row, const std::vector<AddedKey>& keys);
   /// Takes keys up in a group, and makes the list again.
   void add_keys_of(const std::string& group, const std::vector<AddedKey>& keys);
   void list_keys();

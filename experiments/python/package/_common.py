@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from .control import AnyVariant, ready
+from ._text import toml
+from .control import AnyVariant, loaded, ready
 
 if TYPE_CHECKING:
     from . import Scenario
@@ -45,8 +46,7 @@ def source(campaign: Path | None, variants: Names, scenarios: Tasks, seeds: Sequ
         text += f"variants = {json.dumps(names)}\n"
     if seeds is not None:
         text += f"seeds = {json.dumps([whole('seeds', seed, 0, 2147483647) for seed in seeds])}\n"
-    if plugins := [plugin.name for plugin in _core.loaded_plugins()]:
-        text += f"plugins = {json.dumps(plugins)}\n"
+    text += toml(loaded())
     for one in own_variants:
         text += f"[variant.{json.dumps(one.name)}]\n{one.toml}"
     for task in own_tasks:

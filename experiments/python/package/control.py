@@ -193,12 +193,15 @@ def compare(variants: AnyVariant | Iterable[AnyVariant],
         else:
             text += "[[scenario]]\n" + _text_of(task)
     which = list(range(1, seeds + 1)) if isinstance(seeds, int) else [int(seed) for seed in seeds]
-    head = f'name = "compare"\nvariants = {json.dumps(names)}\nseeds = {json.dumps(which)}\n'
-    plugins = [plugin.name for plugin in _core.loaded_plugins()]
-    if plugins:
-        head += f"plugins = {json.dumps(plugins)}\n"
+    head = toml({"name": "compare", "variants": names, "seeds": which, **loaded()})
     folder = "" if out is None else os.fspath(out)
     return Comparison(_core.compare(head + text, folder, jobs, tick_limit_s, baseline or "", details))
+
+
+def loaded() -> dict[str, list[str]]:
+    """The key by which a campaign asks for the plug-ins of this process; nothing where there are none."""
+    plugins = [plugin.name for plugin in _core.loaded_plugins()]
+    return {"plugins": plugins} if plugins else {}
 
 
 def simulate(variant: AnyVariant, scenario: Scenario, seed: int = 1) -> Run:
