@@ -3,6 +3,7 @@
 #include "core/mpc/phases.hpp"
 #include "core/mpc/solver.hpp"
 #include "solvers/search/lane_inputs.hpp"
+#include "solvers/search/switch_changes.hpp"
 
 #include <array>
 #include <bit>
@@ -18,14 +19,14 @@ inline constexpr std::size_t max_tree_blocks = 32;
 
 /// How BranchAndBound searches; no setting changes the optimum.
 struct TreeSearchSettings {
-  bool prune = true;         ///< false: enumerate every sequence
-  int enclosure_steps = 30;  ///< how far reachable sets are followed for the lower bound; 0: cost so far only
+  bool prune = true;           ///< false: enumerate every sequence
+  int enclosure_steps = 1000;  ///< the most that reachable sets are followed for the bound; 0: cost so far only
 };
 
 /// Exact search over mode sequences, depth first, a SIMD lane a candidate.
 ///
 /// minimise  problem.hpp over mode[b], b < blocks, with the plan's continuous inputs as given        [theory.md, eq. 1]
-/// bound     cost so far + the tracking cost that no state reachable from the node can avoid         [theory.md, eq. 2]
+/// bound     cost so far + the tracking and terminal cost that no state reachable from the node can avoid   [eq. 2]
 /// ties      fewest switch changes, then the sequence of lowest mode numbers: the plan of Exhaustive to the last bit
 /// promise   report.bound <= optimum <= report.cost at every status, and cost <= that of holding the current mode;
 ///           no allocation, lock or exception in solve
@@ -53,6 +54,8 @@ class BranchAndBound final : public Solver<M> {
     planned_.resize(problem.reference.size());
     first_step_.resize(blocks);
     std::exclusive_scan(problem.horizon.blocks.begin(), problem.horizon.blocks.end(), first_step_.begin(), 0);
+    changes_.prepare(problem.modes);
+    prepare_settled(problem);
   }
 
   SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
@@ -76,6 +79,14 @@ class BranchAndBound final : public Solver<M> {
   }
 
  private:
+  struct Rank {
+    double bound;
+    std::uint32_t node;
+    bool operator<(const Rank& other) const {
+      return bound < other.bound || (bound == other.bound && node < other.node);
+    }
+  };
+
   struct Node {
     StateOf<M> state{};
     double cost = 0.0, bound = 0.0;
@@ -87,15 +98,35 @@ class BranchAndBound final : public Solver<M> {
   /// The open nodes whose next block is this level's, best bound first from `next` on.
   struct Level {
     std::vector<Node> nodes;
-    std::vector<int> order;
-    std::vector<DelayLines> lines;  // commands in flight before the nodes' last block, one a parent
+    std::vector<Rank> order;
+    std::vector<DelayLines> lines;  // commands in flight before the nodes' last block, one a parent; if still in flight
+    bool settled = false;           // whether earlier commands are over as this block begins, and no switch is held
     int next = 0, count = 0;
+
+    const Node& node(int i) const { return nodes[order[static_cast<std::size_t>(i)].node]; }
   };
+
+  /// A node to be expanded.
+  struct Parent {
+    const Node* node = nullptr;
+    const DelayLines* lines = nullptr;  // the commands in flight as its next block begins
+    std::size_t before = 0;             // its row of changes_
+    int changes = 0;                    // that its children may make
+  };
+
+  void prepare_settled(const Problem<M>& problem) {
+    settled_lines_.clear();
+    for (int mode = 0; mode < problem.modes.size(); ++mode) settled_lines_.emplace_back(problem.modes.pattern(mode));
+    const int over = std::max(timing_.longest_delay, std::ranges::max(timing_.dwell));
+    for (std::size_t b = 1; b < levels_.size(); ++b) levels_[b].settled = problem.horizon.blocks[b - 1] >= over;
+  }
 
   void begin(const Problem<M>& problem, const Plan<M>& plan) noexcept {
     report_ = SolveReport{};
     best_modes_ = {};
     numerical_failure_ = false;
+    group_ = max_lanes / 2;
+    changes_.start_from(problem.modes, problem.lines.commanded());
     for (Level& level : levels_) level.next = level.count = 0;
     for (std::size_t b = 0; b < levels_.size(); ++b)
       for (int i = 0; i < problem.horizon.blocks[b]; ++i)
@@ -114,8 +145,10 @@ class BranchAndBound final : public Solver<M> {
       start_lanes(std::max(lines[0].settled_after(), lines[1].settled_after()));
       for (std::size_t i = 0; i < candidates; ++i) {
         const int mode = i == 1 && hold >= 0 ? hold : std::clamp(plan.modes[b], 0, problem.modes.size() - 1);
-        add_lane(problem, nodes[i], lines[i], mode);
-        lines[i].command(problem.modes.pattern(mode), timing_);
+        const SwitchPattern pattern = problem.modes.pattern(mode);
+        add_lane(problem, nodes[i], lines[i], mode, std::popcount(pattern ^ lines[i].commanded()),
+                 lines[i].may_command(pattern, timing_));
+        lines[i].command(pattern, timing_);
         lines[i].advance(problem.horizon.blocks[b]);
       }
       roll(problem, b);
@@ -128,7 +161,7 @@ class BranchAndBound final : public Solver<M> {
     Level& top = levels_.front();
     top.nodes[0] = Node{};
     top.nodes[0].state = problem.initial;
-    top.order[0] = 0;
+    top.order[0] = {0.0, 0};
     top.count = 1;
     depth_ = 0;
   }
@@ -139,13 +172,16 @@ class BranchAndBound final : public Solver<M> {
     parent_count_ = 0;
     for (;; --depth_) {
       Level& level = levels_[depth_];
-      int room = max_lanes;
+      int room = group_;
       for (; level.next < level.count; ++level.next) {
-        const Node& node = level.nodes[static_cast<std::size_t>(level.order[static_cast<std::size_t>(level.next)])];
+        const Node& node = level.node(level.next);
         if (fathomed(node)) continue;
-        const int children = children_that_may_improve(problem, node);
+        const std::size_t before = row_of(node);
+        const int changes = changes_allowed(problem, node);
+        if (changes < 0) continue;
+        const int children = changes_.modes_within(before, changes);
         if (children > room && parent_count_ > 0) break;
-        if (children > 0) parents_[static_cast<std::size_t>(parent_count_++)] = &node;
+        if (children > 0) parents_[static_cast<std::size_t>(parent_count_++)] = {&node, nullptr, before, changes};
         room -= children;
       }
       if (parent_count_ > 0) return true;
@@ -153,24 +189,18 @@ class BranchAndBound final : public Solver<M> {
     }
   }
 
-  /// The command in force when a node of the present depth begins its next block.
-  SwitchPattern commanded(const Problem<M>& problem, const Node& node) const noexcept {
-    return depth_ == 0 ? problem.lines.commanded() : problem.modes.pattern(node.modes[depth_ - 1]);
+  /// The row of changes_ of the command in force when a node of the present depth begins its next block.
+  std::size_t row_of(const Node& node) const noexcept {
+    return depth_ == 0 ? changes_.start_row() : node.modes[depth_ - 1];
   }
 
-  /// Whether a child after `changes` switch changes can still be as good as the incumbent: the node's bound says
-  /// nothing of switching to come. The margin covers the rounding of sums in another order.
-  bool may_improve(const Problem<M>& problem, const Node& node, int changes) const noexcept {
-    if (!settings_.prune) return true;
-    return !((node.bound + problem.cost.switching * changes) * (1 - 1e-12) > report_.cost);
-  }
-
-  int children_that_may_improve(const Problem<M>& problem, const Node& node) const noexcept {
-    const SwitchPattern before = commanded(problem, node);
-    int children = 0;
-    for (int mode = 0; mode < problem.modes.size(); ++mode)
-      children += may_improve(problem, node, std::popcount(before ^ problem.modes.pattern(mode)));
-    return children;
+  /// The most switch changes with which a child can still be as good as the incumbent, -1 for none: the node's bound
+  /// says nothing of switching to come. The margin covers the rounding of sums in another order.
+  int changes_allowed(const Problem<M>& problem, const Node& node) const noexcept {
+    int changes = timing_.switches;
+    if (settings_.prune)
+      while (changes >= 0 && (node.bound + problem.cost.switching * changes) * (1 - 1e-12) > report_.cost) --changes;
+    return changes;
   }
 
   /// Rolls every child of the selected parents.
@@ -178,36 +208,56 @@ class BranchAndBound final : public Solver<M> {
     const std::size_t b = depth_;
     const bool leaf = b + 1 == levels_.size();
     if (!leaf) levels_[b + 1].next = levels_[b + 1].count = 0;
-    std::array<DelayLines, max_lanes> lines;
-    for (int g = 0; g < parent_count_; ++g) {
-      const auto i = static_cast<std::size_t>(g);
-      lines[i] = b == 0 ? problem.lines : levels_[b].lines[static_cast<std::size_t>(parents_[i]->source)];
-      if (b > 0) {
-        lines[i].command(problem.modes.pattern(parents_[i]->modes[b - 1]), timing_);
-        lines[i].advance(problem.horizon.blocks[b - 1]);
-      }
-    }
-    int flight = 0;
-    for (int g = 0; g < parent_count_; ++g)
-      flight = std::max(flight, lines[static_cast<std::size_t>(g)].settled_after());
+    const int flight = follow_lines(problem, b);
     start_lanes(flight);
-    for (int g = 0; g < parent_count_; ++g) {
-      const auto i = static_cast<std::size_t>(g);
-      for (int mode = 0; mode < problem.modes.size(); ++mode) {
-        const SwitchPattern pattern = problem.modes.pattern(mode);
-        if (!may_improve(problem, *parents_[i], std::popcount(pattern ^ lines[i].commanded()))) continue;
-        if (!lines[i].may_command(pattern, timing_)) continue;
-        if (lanes_.count == max_lanes) finish_lanes(problem, b, leaf), start_lanes(flight);
-        add_lane(problem, *parents_[i], lines[i], mode);
-        lane_source_[static_cast<std::size_t>(lanes_.count - 1)] = g;
-      }
-    }
+    const auto add_child = [&](int g, int mode) {
+      const Parent& parent = parents_[static_cast<std::size_t>(g)];
+      const int changes = changes_.between(parent.before, mode);
+      if (changes > parent.changes || !parent.lines->may_command(problem.modes.pattern(mode), timing_)) return;
+      if (lanes_.count == max_lanes) finish_lanes(problem, b, leaf), start_lanes(flight);
+      lane_source_[static_cast<std::size_t>(lanes_.count)] = g;
+      add_lane(problem, *parent.node, *parent.lines, mode, changes, true);
+    };
+    // Last blocks by mode: lanes of a register then pass the cutoff at about the same step.
+    if (leaf)
+      for (int mode = 0; mode < problem.modes.size(); ++mode)
+        for (int g = 0; g < parent_count_; ++g) add_child(g, mode);
+    else
+      for (int g = 0; g < parent_count_; ++g)
+        for (int mode = 0; mode < problem.modes.size(); ++mode) add_child(g, mode);
     finish_lanes(problem, b, leaf);
-    if (leaf) return;
-    std::copy_n(lines.begin(), parent_count_, levels_[b + 1].lines.begin());
+    if (leaf) {
+      group_ = max_lanes;
+      return;
+    }
     if (settings_.prune) raise_bounds(problem, b + 1);
     sort(levels_[b + 1]);
     ++depth_;
+  }
+
+  /// Finds the commands in flight where the parents' next block begins; returns the steps until the last is over.
+  int follow_lines(const Problem<M>& problem, std::size_t b) noexcept {
+    const Level& level = levels_[b];
+    int flight = 0;
+    for (int g = 0; g < parent_count_; ++g) {
+      const auto i = static_cast<std::size_t>(g);
+      Parent& parent = parents_[i];
+      if (level.settled) {
+        parent.lines = &settled_lines_[parent.before];
+        continue;
+      }
+      lines_[i] = b == 0 ? problem.lines : level.lines[static_cast<std::size_t>(parent.node->source)];
+      if (b > 0) {
+        lines_[i].command(problem.modes.pattern(parent.node->modes[b - 1]), timing_);
+        lines_[i].advance(problem.horizon.blocks[b - 1]);
+      }
+      parent.lines = &lines_[i];
+      flight = std::max(flight, lines_[i].settled_after());
+    }
+    if (b + 1 < levels_.size() && !levels_[b + 1].settled)
+      for (int g = 0; g < parent_count_; ++g)
+        levels_[b + 1].lines[static_cast<std::size_t>(g)] = *parents_[static_cast<std::size_t>(g)].lines;
+    return flight;
   }
 
   void start_lanes(int flight) noexcept {
@@ -215,17 +265,16 @@ class BranchAndBound final : public Solver<M> {
     builder_.begin(flight, inputs_);
   }
 
-  void add_lane(const Problem<M>& problem, const Node& parent, const DelayLines& lines, int mode) noexcept {
+  /// A lane for the child of `parent` that commands `mode` after so many changes; out of the question unless `allowed`.
+  void add_lane(const Problem<M>& problem, const Node& parent, const DelayLines& lines, int mode, int changes,
+                bool allowed) noexcept {
     const auto lane = static_cast<std::size_t>(lanes_.count);
-    const SwitchPattern pattern = problem.modes.pattern(mode);
-    const int changes = std::popcount(pattern ^ lines.commanded());
     for (std::size_t i = 0; i < M::state_size; ++i) lanes_.state[i][lane] = parent.state[i];
-    const bool allowed = lines.may_command(pattern, timing_);
     lanes_.cost[lane] = allowed ? parent.cost + problem.cost.switching * changes : Bounds<M>::infinity;
     lane_parent_[lane] = &parent;
     lane_mode_[lane] = mode;
     lane_switches_[lane] = parent.switches + changes;
-    builder_.command(lines, pattern, lanes_.count, inputs_);
+    builder_.command(lines, problem.modes.pattern(mode), lanes_.count, inputs_);
     ++lanes_.count;
   }
 
@@ -324,13 +373,16 @@ class BranchAndBound final : public Solver<M> {
     });
   }
 
+  /// Drops what the bounds have closed and sorts the rest.
   void sort(Level& level) noexcept {
-    const auto end = level.order.begin() + level.count;
-    std::iota(level.order.begin(), end, 0);
-    std::sort(level.order.begin(), end, [&](int a, int b) {
-      const Node &x = level.nodes[static_cast<std::size_t>(a)], &y = level.nodes[static_cast<std::size_t>(b)];
-      return x.bound < y.bound || (x.bound == y.bound && a < b);
-    });
+    std::size_t open = 0;
+    for (int i = 0; i < level.count; ++i) {
+      const auto node = static_cast<std::uint32_t>(i);
+      const double bound = level.nodes[node].bound;
+      if (!settings_.prune || bound <= report_.cost) level.order[open++] = {bound, node};
+    }
+    level.count = static_cast<int>(open);
+    std::sort(level.order.begin(), level.order.begin() + level.count);
   }
 
   /// Whether nothing below `node` can replace the incumbent, ties included.
@@ -373,10 +425,8 @@ class BranchAndBound final : public Solver<M> {
   double open_bound() const noexcept {
     double bound = report_.cost;
     for (std::size_t d = 0; d <= depth_; ++d)
-      for (int i = levels_[d].next; i < levels_[d].count; ++i)
-        bound = std::min(
-            bound, levels_[d].nodes[static_cast<std::size_t>(levels_[d].order[static_cast<std::size_t>(i)])].bound);
-    for (int g = 0; g < parent_count_; ++g) bound = std::min(bound, parents_[static_cast<std::size_t>(g)]->bound);
+      for (int i = levels_[d].next; i < levels_[d].count; ++i) bound = std::min(bound, levels_[d].node(i).bound);
+    for (int g = 0; g < parent_count_; ++g) bound = std::min(bound, parents_[static_cast<std::size_t>(g)].node->bound);
     return bound;
   }
 
@@ -390,13 +440,16 @@ class BranchAndBound final : public Solver<M> {
   Boxes<M> boxes_;
   std::array<const Node*, max_lanes> lane_parent_{};
   std::array<int, max_lanes> lane_mode_{}, lane_switches_{}, lane_source_{};
-  std::array<const Node*, max_lanes> parents_{};
+  std::array<Parent, max_lanes> parents_{};
+  std::array<DelayLines, max_lanes> lines_;  // of parents where commands are in flight
+  std::vector<DelayLines> settled_lines_;    // of a mode
+  SwitchChanges changes_;
   std::vector<Level> levels_;
   std::vector<ContinuousOf<M>> planned_;
   std::vector<int> first_step_;
   std::array<std::uint8_t, max_tree_blocks> best_modes_{};
   std::size_t depth_ = 0;
-  int parent_count_ = 0;
+  int parent_count_ = 0, group_ = max_lanes;
   bool numerical_failure_ = false;
   SolveReport report_;
 };

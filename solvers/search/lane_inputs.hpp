@@ -30,6 +30,8 @@ class LaneInputBuilder {
       edges_.insert(edges_.end(), {timing.rise[c], timing.fall[c]});
     std::ranges::sort(edges_);
     edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
+    for (int t = 0; t < static_cast<int>(over_.size()); ++t)
+      over_[static_cast<std::size_t>(t)] = {over(timing.rise, t), over(timing.fall, t)};
     prepare_hulls(modes);
   }
 
@@ -55,8 +57,8 @@ class LaneInputBuilder {
       const auto k = static_cast<std::size_t>(i);
       const int t = inputs.begin[k];
       const SwitchPattern on_way = inputs.in_flight ? before.effective(t) : before.commanded();
-      const SwitchPattern in_effect =
-          (on_way & ~(changed & ~pattern & over(timing_.fall, t))) | (changed & pattern & over(timing_.rise, t));
+      const auto [risen, fallen] = over_[static_cast<std::size_t>(t)];
+      const SwitchPattern in_effect = (on_way & ~(changed & ~pattern & fallen)) | (changed & pattern & risen);
       write(points_[in_effect], lane, inputs.piece[k]);
     }
   }
@@ -128,7 +130,12 @@ class LaneInputBuilder {
     hull_high_.push_back(high);
   }
 
+  struct Over {
+    SwitchPattern risen = 0, fallen = 0;
+  };
+
   SwitchTiming timing_;
+  std::array<Over, max_delay_steps + 2> over_{};  // switches whose rise, whose fall is over after so many steps
   std::vector<int> edges_;  // delays at which a pattern can change after a command, ascending from 0
   std::vector<SwitchedOf<M>> points_, hull_low_, hull_high_;  // hulls: budget-major, then pattern, then edge
 };
