@@ -66,7 +66,7 @@ class BranchAndBound final : public Solver<M> {
     bool complete = true;
     while (complete && select_group(problem)) {
       complete = !deadline.passed();
-      if (complete) expand(problem);
+      if (complete) expand(problem, deadline);
     }
     conclude(problem, plan, complete);
     report_.time_us = us_since(start);
@@ -203,8 +203,8 @@ class BranchAndBound final : public Solver<M> {
     return changes;
   }
 
-  /// Rolls every child of the selected parents.
-  void expand(const Problem<M>& problem) noexcept {
+  /// Rolls every child of the selected parents; their bounds are raised if there is time.
+  void expand(const Problem<M>& problem, Deadline deadline) noexcept {
     const std::size_t b = depth_;
     const bool leaf = b + 1 == levels_.size();
     if (!leaf) levels_[b + 1].next = levels_[b + 1].count = 0;
@@ -230,7 +230,7 @@ class BranchAndBound final : public Solver<M> {
       group_ = max_lanes;
       return;
     }
-    if (settings_.prune) raise_bounds(problem, b + 1);
+    if (settings_.prune && !deadline.passed()) raise_bounds(problem, b + 1);
     sort(levels_[b + 1]);
     ++depth_;
   }

@@ -11,7 +11,7 @@ Batch outside_square(const OutputOf<M>& weight, const OutputOf<M>& reference, co
   for (std::size_t i = 0; i < M::output_size; ++i) {
     const Batch r(reference[i]);
     const Batch distance =
-        xsimd::max(low[i] - r, r - high[i]) - Batch(1e-12) * (xsimd::abs(low[i]) + xsimd::abs(high[i]));
+        xsimd::max(low[i] - r, r - high[i]) - Batch(1e-11) * (xsimd::abs(low[i]) + xsimd::abs(high[i]));
     const Batch outside = xsimd::max(distance, Batch(0.0));
     sum = sum + Batch(weight[i] * (1 - 1e-9)) * (outside * outside);
   }

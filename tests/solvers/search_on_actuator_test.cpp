@@ -109,8 +109,9 @@ TEST(RolloutKernels, StopEarlyOnlyAboveTheCutoff) {
 
 template <class M>
 void equal_to_enumeration(const std::string& valves, const std::vector<int>& periods, double switching, double kick,
-                          std::size_t most, double dwell_s = 0.0) {
+                          std::size_t most, double dwell_s = 0.0, OutputOf<M> terminal = {}) {
   auto problem = actuator_problem<M>(valves, periods, switching);
+  problem.cost.terminal = terminal;
   if (dwell_s > 0) {
     std::vector<Switch> switches(problem.modes.switches().begin(), problem.modes.switches().end());
     for (Switch& s : switches) s.min_dwell_s = dwell_s;
@@ -157,6 +158,11 @@ TEST(BranchAndBound, EqualsEnumerationOnRecordedStates) {
 TEST(BranchAndBound, EqualsEnumerationWithDwellLimits) {
   equal_to_enumeration<PneumaticActuator>("two_way", {1, 1, 2}, 0.0, 0.3, 800, 0.008);
   equal_to_enumeration<PrestabilisedActuator>("three_way", {1, 2, 2, 4}, 2e-8, 0.0, 800, 0.012);
+}
+
+TEST(BranchAndBound, EqualsEnumerationWithATerminalCost) {
+  equal_to_enumeration<PrestabilisedActuator>("two_way", {1, 1, 6}, 2e-9, 0.3, 800, 0.0, {30.0, 0.02});
+  equal_to_enumeration<PneumaticActuator>("three_way", {1, 1, 2, 4}, 0.0, 0.3, 800, 0.0, {0.0, 0.02});
 }
 
 TEST(BranchAndBound, EqualsEnumerationOfNineToTheFourth) {
@@ -212,6 +218,92 @@ TEST(Enclosure, HoldsEverySimulatedWay) {
     stays_enclosed<PneumaticActuator>(named_parameters(set), 1);
     stays_enclosed<PrestabilisedActuator>(named_parameters(set), 2);
   }
+}
+
+/// The bound of a box is below the cost of every way on from its node, terminal cost included, for every kernel and
+/// however many lanes close before the others.
+template <class M>
+void bounded_by_enclosures(const OutputOf<M>& tracking, const OutputOf<M>& terminal, double cutoff,
+                           std::uint64_t seed) {
+  auto problem = actuator_problem<M>("two_way", {12});
+  problem.cost.tracking = tracking;
+  problem.cost.terminal = terminal;
+  const int first = 10, steps = problem.horizon.steps();
+  const SwitchTiming timing(problem.modes, problem.horizon.dt_s);
+  LaneInputBuilder<M> builder;
+  builder.prepare(problem.modes, timing);
+  std::mt19937_64 random(seed);
+  const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+  const auto any_mode = [&] { return std::uniform_int_distribution(0, problem.modes.size() - 1)(random); };
+  const std::vector<ContinuousOf<M>> planned(static_cast<std::size_t>(steps));
+  std::size_t worth_something = 0;
+  for (int trial = 0; trial < 40; ++trial) {
+    const double at = uniform(0.02, 0.08), rate = uniform(-0.2, 0.2);
+    for (std::size_t j = 0; j < problem.reference.size(); ++j)
+      problem.reference[j] = {at + rate * 0.001 * static_cast<double>(j), rate};
+    if constexpr (HasFeedback<M>) problem.setpoint = problem.reference;
+    std::vector<Rollout<M>> nodes;
+    for (int lane = 0; lane < max_lanes; ++lane) {
+      Rollout<M> node(problem);
+      node.state = {at + uniform(-0.01, 0.01), uniform(-0.3, 0.3), uniform(1e5, 2.5e5), uniform(1e5, 2.5e5)};
+      node.step = first;
+      node.lines = DelayLines(problem.modes.pattern(any_mode()));
+      nodes.push_back(node);
+    }
+    for (const auto& kernel : runnable_kernels<M>()) {
+      LaneInputs<M> lowest, highest;
+      lowest.reserve(builder.most_pieces()), highest.reserve(builder.most_pieces());
+      builder.begin(0, lowest), builder.begin(0, highest);
+      Boxes<M> boxes;
+      boxes.count = max_lanes;
+      for (int lane = 0; lane < max_lanes; ++lane) {
+        const Rollout<M>& node = nodes[static_cast<std::size_t>(lane)];
+        for (std::size_t i = 0; i < M::state_size; ++i) boxes.low[i][lane] = boxes.high[i][lane] = node.state[i];
+        boxes.cost[lane] = node.cost;
+        builder.hull(node.lines.commanded(), max_switches, lane, lowest, highest);
+      }
+      kernel.enclose(problem, {planned.data(), first, steps - first, cutoff}, lowest, highest, boxes);
+      for (int lane = 0; lane < max_lanes; ++lane) {
+        worth_something += boxes.cost[lane] > 0.0;
+        for (int way = 0; way < 4; ++way) {
+          Rollout<M> on = nodes[static_cast<std::size_t>(lane)];
+          while (on.step < steps)
+            roll_block(problem, timing, any_mode(), std::min(steps - on.step, 1 + 7 * way), ContinuousOf<M>{}, on);
+          ASSERT_LE(boxes.cost[lane], total_cost(problem, on)) << kernel.architecture << " lane " << lane;
+        }
+      }
+    }
+  }
+  EXPECT_GT(worth_something, std::size_t{40 * max_lanes / 4});
+}
+
+TEST(Enclosure, BoundsTheCostOfEveryWayTerminalCostIncluded) {
+  bounded_by_enclosures<PrestabilisedActuator>({1.0, 0.0}, {0.0, 0.0}, 1e-2, 3);
+  bounded_by_enclosures<PrestabilisedActuator>({1.0, 0.0}, {30.0, 0.02}, 1e-3, 4);
+  bounded_by_enclosures<PneumaticActuator>({0.0, 0.0}, {30.0, 0.02}, 1e-4, 5);
+}
+
+/// What a slide that cannot keep up costs falls into the far end of the horizon: a box dropped before sees half of it.
+TEST(BranchAndBound, FollowsSaturatedStatesToTheEnd) {
+  auto problem = actuator_problem<PrestabilisedActuator>("two_way", {2, 2, 4, 12}, 2e-8);
+  const auto all = recorded(problem, 0.5);
+  BranchAndBound<PrestabilisedActuator> to_the_end, dropped({.enclosure_steps = 30});
+  to_the_end.prepare(problem);
+  dropped.prepare(problem);
+  std::int64_t with = 0, without = 0;
+  for (std::size_t i = 0; i < all.size(); i += 5) {
+    all[i].pose(problem);
+    Plan<PrestabilisedActuator> plan = all[i].warm_start;
+    const SolveReport full = dropped.solve(problem, plan, Deadline::never());
+    if (full.nodes < 3000) continue;
+    plan = all[i].warm_start;
+    without += full.nodes;
+    const SolveReport r = to_the_end.solve(problem, plan, Deadline::never());
+    with += r.nodes;
+    EXPECT_EQ(r.cost, full.cost);
+  }
+  EXPECT_LE(4 * with, without);
+  EXPECT_GE(without, one_in > 1 ? 0 : 3000) << "no saturated state among those recorded";
 }
 
 TEST(BranchAndBound, KeepsItsPromisesAtEveryDeadline) {
