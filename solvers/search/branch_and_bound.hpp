@@ -56,6 +56,7 @@ class BranchAndBound final : public Solver<M> {
     std::exclusive_scan(problem.horizon.blocks.begin(), problem.horizon.blocks.end(), first_step_.begin(), 0);
     changes_.prepare(problem.modes);
     prepare_settled(problem);
+    cut_short_ = true;
   }
 
   SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
@@ -68,7 +69,8 @@ class BranchAndBound final : public Solver<M> {
       complete = !deadline.passed();
       if (complete) expand(problem, deadline);
     }
-    conclude(problem, plan, complete);
+    conclude(plan, complete);
+    cut_short_ = !complete;
     report_.time_us = us_since(start);
     return report_;
   }
@@ -125,6 +127,7 @@ class BranchAndBound final : public Solver<M> {
     report_ = SolveReport{};
     best_modes_ = {};
     numerical_failure_ = false;
+    hold_ = problem.modes.find(problem.lines.commanded());
     group_ = max_lanes / 2;
     changes_.start_from(problem.modes, problem.lines.commanded());
     for (Level& level : levels_) level.next = level.count = 0;
@@ -133,28 +136,47 @@ class BranchAndBound final : public Solver<M> {
         planned_[static_cast<std::size_t>(first_step_[b] + i)] = plan.continuous[b];
   }
 
-  /// Incumbents to start from: the warm start, and holding the command in force.
+  /// Incumbents to start from: the warm start, and holding the command in force. While solves are cut short, and for the
+  /// first, a warm start may be worth little and the first dive come too late: then also holding each mode, and each
+  /// mode before the rest of the warm start.
+  int incumbents(const ModeSet& modes) const noexcept {
+    return cut_short_ ? std::min(2 + 2 * modes.size(), max_lanes) : 2;
+  }
+
+  int incumbent_mode(const Problem<M>& problem, const Plan<M>& plan, int incumbent, std::size_t b) const noexcept {
+    const int modes = problem.modes.size(), warm = std::clamp(plan.modes[b], 0, modes - 1);
+    if (incumbent == 0) return warm;
+    if (incumbent == 1) return hold_ >= 0 ? hold_ : warm;
+    if (incumbent < 2 + modes) return incumbent - 2;
+    return b == 0 ? incumbent - 2 - modes : warm;
+  }
+
   void adopt_incumbents(const Problem<M>& problem, const Plan<M>& plan) noexcept {
-    constexpr int candidates = 2;
-    const int hold = problem.modes.find(problem.lines.commanded());
-    std::array<Node, candidates> nodes;
-    std::array<DelayLines, candidates> lines;
-    for (Node& node : nodes) node.state = problem.initial;
-    lines.fill(problem.lines);
+    const int candidates = incumbents(problem.modes);
+    std::vector<Node>& nodes = levels_.front().nodes;  // until the root is opened
+    for (int i = 0; i < candidates; ++i) {
+      nodes[static_cast<std::size_t>(i)] = Node{};
+      nodes[static_cast<std::size_t>(i)].state = problem.initial;
+      lines_[static_cast<std::size_t>(i)] = problem.lines;
+    }
     for (std::size_t b = 0; b < levels_.size(); ++b) {
-      start_lanes(std::max(lines[0].settled_after(), lines[1].settled_after()));
-      for (std::size_t i = 0; i < candidates; ++i) {
-        const int mode = i == 1 && hold >= 0 ? hold : std::clamp(plan.modes[b], 0, problem.modes.size() - 1);
+      int flight = 0;
+      for (int i = 0; i < candidates; ++i)
+        flight = std::max(flight, lines_[static_cast<std::size_t>(i)].settled_after());
+      start_lanes(flight);
+      for (int i = 0; i < candidates; ++i) {
+        DelayLines& lines = lines_[static_cast<std::size_t>(i)];
+        const int mode = incumbent_mode(problem, plan, i, b);
         const SwitchPattern pattern = problem.modes.pattern(mode);
-        add_lane(problem, nodes[i], lines[i], mode, std::popcount(pattern ^ lines[i].commanded()),
-                 lines[i].may_command(pattern, timing_));
-        lines[i].command(pattern, timing_);
-        lines[i].advance(problem.horizon.blocks[b]);
+        add_lane(problem, nodes[static_cast<std::size_t>(i)], lines, mode, std::popcount(pattern ^ lines.commanded()),
+                 lines.may_command(pattern, timing_));
+        lines.command(pattern, timing_);
+        lines.advance(problem.horizon.blocks[b]);
       }
       roll(problem, b);
       for (int i = 0; i < candidates; ++i) nodes[static_cast<std::size_t>(i)] = child_of_lane(b, i);
     }
-    for (const Node& node : nodes) keep_if_better(problem, node);
+    for (int i = 0; i < candidates; ++i) keep_if_better(problem, nodes[static_cast<std::size_t>(i)]);
   }
 
   void open_root(const Problem<M>& problem) noexcept {
@@ -408,10 +430,9 @@ class BranchAndBound final : public Solver<M> {
     best_modes_ = leaf.modes;
   }
 
-  void conclude(const Problem<M>& problem, Plan<M>& plan, bool complete) noexcept {
+  void conclude(Plan<M>& plan, bool complete) noexcept {
     const bool found = std::isfinite(report_.cost);
-    const int hold = std::max(0, problem.modes.find(problem.lines.commanded()));
-    for (std::size_t b = 0; b < levels_.size(); ++b) plan.modes[b] = found ? best_modes_[b] : hold;
+    for (std::size_t b = 0; b < levels_.size(); ++b) plan.modes[b] = found ? best_modes_[b] : std::max(0, hold_);
     report_.bound = complete ? report_.cost : open_bound();
     if (found)
       report_.status = complete ? Status::optimal : Status::deadline_reached;
@@ -451,6 +472,8 @@ class BranchAndBound final : public Solver<M> {
   std::size_t depth_ = 0;
   int parent_count_ = 0, group_ = max_lanes;
   bool numerical_failure_ = false;
+  bool cut_short_ = true;  // the last solve, by its deadline; before the first: true
+  int hold_ = -1;          // the mode in force, if it is one
   SolveReport report_;
 };
 

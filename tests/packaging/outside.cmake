@@ -11,6 +11,7 @@ set(recorded ${SOURCE}/../../../experiments/systems/actuator/data/instances/clos
 run(${WORK}/build/instances ${recorded})
 run(${WORK}/build/fishing)
 run(${WORK}/build/one_change ${recorded})
+run(${WORK}/build/kernel)
 
 # The pages that explain how to add a system and a solver show these very files.
 foreach(shown fishing.cpp:how-to-add-a-system.md one_change.hpp:how-to-add-a-solver.md)
