@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <utility>
 
 namespace solenoid {
@@ -25,6 +26,8 @@ class SolverAround : public AnySolver {
   explicit SolverAround(AnySolverPtr inner) : inner_(std::move(inner)) {}
   bool anticipates() const override { return inner_->anticipates(); }
   bool time_phases(PhaseTimes* into) noexcept override { return inner_->time_phases(into); }
+  std::optional<MostWork> most_work(const AnyProblem& shape) const override { return inner_->most_work(shape); }
+  bool do_most_work(bool on) noexcept override { return inner_->do_most_work(on); }
 
  protected:
   void do_prepare(const AnyProblem& problem) override { inner_->prepare(problem); }

@@ -43,6 +43,24 @@ constexpr std::string_view to_string(Status status) {
 /// The plan as it looks `steps` later: each block takes what the old plan holds where the block begins.
 void shift_plan(const Horizon& horizon, int steps, AnyPlan& plan) noexcept;
 
+/// The work of a solve, counted and not timed: the same on every machine with registers of one width.
+struct SolveWork {
+  std::int64_t nodes = 0;        ///< blocks rolled out, or iterations
+  std::int64_t model_steps = 0;  ///< steps of the model's prediction, those of a register's unused lanes included
+  std::int64_t bound_steps = 0;  ///< the same of the sets of states that lower bounds are found by
+  bool operator==(const SolveWork&) const = default;
+  /// Whether there is no more of anything than in `most`.
+  constexpr bool within(const SolveWork& most) const {
+    return nodes <= most.nodes && model_steps <= most.model_steps && bound_steps <= most.bound_steps;
+  }
+};
+
+/// The most work that a solve can take, whatever is asked (AnySolver::most_work).
+struct MostWork {
+  SolveWork solve;  ///< of a solve to its end
+  SolveWork late;   ///< between two looks at the clock: so much may follow a deadline
+};
+
 /// How it went. bound <= optimum <= cost at every status for which the plan is usable.
 struct SolveReport {
   Status status = Status::numerical_failure;
@@ -52,6 +70,12 @@ struct SolveReport {
   std::int64_t nodes = 0;  ///< blocks rolled out, or iterations
   double time_us = 0.0;
   bool anticipated = false;  ///< whether the solve began from what anticipate() had prepared
+  /// Steps asked for, as of SolveWork, by a solver that knows the most of them (AnySolver::most_work): one that stops a
+  /// rollout early has asked for all of it.
+  std::int64_t model_steps = 0, bound_steps = 0;
+
+  /// What was done, as it compares with MostWork.
+  SolveWork work() const { return {nodes, model_steps, bound_steps}; }
 
   /// (cost - bound) / cost, 0 when proven.
   double gap() const { return cost > bound ? (cost - bound) / cost : 0.0; }

@@ -4,6 +4,8 @@
 #include "core/mpc/phases.hpp"
 #include "core/mpc/plan.hpp"
 
+#include <optional>
+
 namespace solenoid {
 
 /// Solves problems of whatever model, one after another of the same shape: what stands around solvers, and the solvers
@@ -30,6 +32,14 @@ class AnySolver {
   /// From now on every solve adds its parts to `into`; null switches that off, which leaves one test of a pointer a
   /// phase. Returns whether the solver can tell.
   virtual bool time_phases(PhaseTimes* /*into*/) noexcept { return false; }
+  /// The most work that a solve of a problem of this shape (mode set, grid) takes, whatever its state, reference,
+  /// set-points, commands in flight, model's numbers, weights and warm start are: a proof by counting. Nothing if the
+  /// solver knows of none. May allocate.
+  virtual std::optional<MostWork> most_work(const AnyProblem& /*shape*/) const { return std::nullopt; }
+  /// From now on every solve does as much of that work as there can be for its problem, so that it can be timed: it
+  /// leaves out nothing that could be proven to be of no use. Plans and reports stay the same. Returns whether the solver
+  /// can; one without most_work() cannot.
+  virtual bool do_most_work(bool /*on*/) noexcept { return false; }
 
  private:
   virtual void do_prepare(const AnyProblem& problem) = 0;

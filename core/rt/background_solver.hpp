@@ -50,6 +50,9 @@ class BackgroundSolver final : public DeferredSolver {
     put(ticket, problem, warm_start, budget_s);
   }
   bool anticipates() const override { return shared_->solver->anticipates(); }
+  std::optional<MostWork> most_work(const AnyProblem& shape) const override {
+    return (shared_ ? *shared_->solver : *solver_).most_work(shape);
+  }
   const Finished* collect() noexcept override {
     return shared_->finished.take() ? &shared_->finished.front() : nullptr;
   }

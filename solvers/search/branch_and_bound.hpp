@@ -4,6 +4,7 @@
 #include "core/mpc/solver.hpp"
 #include "solvers/search/lane_inputs.hpp"
 #include "solvers/search/switch_changes.hpp"
+#include "solvers/search/tree_work.hpp"
 
 #include <array>
 #include <bit>
@@ -80,7 +81,29 @@ class BranchAndBound final : public Solver<M> {
     return true;
   }
 
+  /// As most_tree_work() counts; enumeration finds no bounds.
+  std::optional<MostWork> most_work(const AnyProblem& shape) const override {
+    const std::vector<int>& blocks = shape.horizon.blocks;
+    if (blocks.size() > max_tree_blocks) return std::nullopt;
+    TreeShape tree{.register_width = kernel_.width,
+                   .lanes = max_lanes,
+                   .first_lanes = first_dive,
+                   .incumbents = settings_.prune ? most_incumbents(shape.modes) : 0,
+                   .block_steps = blocks,
+                   .bound_steps = std::vector<int>(blocks.size())};
+    const SwitchTiming timing(shape.modes, shape.horizon.dt_s);
+    for (std::size_t b = 1; b < blocks.size() && settings_.prune; ++b)
+      tree.bound_steps[b] = bound_length(shape.horizon, timing, b);
+    return most_tree_work(shape.modes, tree);
+  }
+  bool do_most_work(bool on) noexcept override {
+    leaves_out_ = !on;
+    return true;
+  }
+
  private:
+  static constexpr int first_dive = max_lanes / 2;  // lanes of a group until the first dive ends
+
   struct Rank {
     double bound;
     std::uint32_t node;
@@ -128,7 +151,7 @@ class BranchAndBound final : public Solver<M> {
     best_modes_ = {};
     numerical_failure_ = false;
     hold_ = problem.modes.find(problem.lines.commanded());
-    group_ = max_lanes / 2;
+    group_ = first_dive;
     changes_.start_from(problem.modes, problem.lines.commanded());
     for (Level& level : levels_) level.next = level.count = 0;
     for (std::size_t b = 0; b < levels_.size(); ++b)
@@ -139,9 +162,7 @@ class BranchAndBound final : public Solver<M> {
   /// Incumbents to start from: the warm start, and holding the command in force. While solves are cut short, and for the
   /// first, a warm start may be worth little and the first dive come too late: then also holding each mode, and each
   /// mode before the rest of the warm start.
-  int incumbents(const ModeSet& modes) const noexcept {
-    return cut_short_ ? std::min(2 + 2 * modes.size(), max_lanes) : 2;
-  }
+  static int most_incumbents(const ModeSet& modes) noexcept { return std::min(2 + 2 * modes.size(), max_lanes); }
 
   int incumbent_mode(const Problem<M>& problem, const Plan<M>& plan, int incumbent, std::size_t b) const noexcept {
     const int modes = problem.modes.size(), warm = std::clamp(plan.modes[b], 0, modes - 1);
@@ -152,7 +173,7 @@ class BranchAndBound final : public Solver<M> {
   }
 
   void adopt_incumbents(const Problem<M>& problem, const Plan<M>& plan) noexcept {
-    const int candidates = incumbents(problem.modes);
+    const int candidates = cut_short_ ? most_incumbents(problem.modes) : 2;
     std::vector<Node>& nodes = levels_.front().nodes;  // until the root is opened
     for (int i = 0; i < candidates; ++i) {
       nodes[static_cast<std::size_t>(i)] = Node{};
@@ -192,7 +213,7 @@ class BranchAndBound final : public Solver<M> {
   /// into parents_; false when the tree is done.
   bool select_group(const Problem<M>& problem) noexcept {
     parent_count_ = 0;
-    for (;; --depth_) {
+    for (;; --depth_, group_ = max_lanes) {
       Level& level = levels_[depth_];
       int room = group_;
       for (; level.next < level.count; ++level.next) {
@@ -220,10 +241,12 @@ class BranchAndBound final : public Solver<M> {
   /// says nothing of switching to come. The margin covers the rounding of sums in another order.
   int changes_allowed(const Problem<M>& problem, const Node& node) const noexcept {
     int changes = timing_.switches;
-    if (settings_.prune)
+    if (prunes())
       while (changes >= 0 && (node.bound + problem.cost.switching * changes) * (1 - 1e-12) > report_.cost) --changes;
     return changes;
   }
+
+  bool prunes() const noexcept { return settings_.prune && leaves_out_; }
 
   /// Rolls every child of the selected parents; their bounds are raised if there is time.
   void expand(const Problem<M>& problem, Deadline deadline) noexcept {
@@ -309,9 +332,13 @@ class BranchAndBound final : public Solver<M> {
         for (auto& row : inputs_.piece[static_cast<std::size_t>(p)].value) row[to] = row[from];
     });
     const PhaseScope timed(phases_, Phase::rollout);
-    const double cutoff = settings_.prune ? report_.cost : Bounds<M>::infinity;
+    const double cutoff = prunes() ? report_.cost : Bounds<M>::infinity;
+    report_.model_steps += std::int64_t{padded(lanes_.count)} * problem.horizon.blocks[b];
     kernel_.roll(problem, {planned_.data(), first_step_[b], problem.horizon.blocks[b], cutoff}, inputs_, lanes_);
   }
+
+  /// Lanes that so many take, those of the last register included.
+  int padded(int count) const noexcept { return (count + kernel_.width - 1) / kernel_.width * kernel_.width; }
 
   /// Fills the unused lanes of the last register with copies of the first lane.
   template <class Copy>
@@ -337,7 +364,7 @@ class BranchAndBound final : public Solver<M> {
     for (int lane = 0; lane < lanes_.count; ++lane) {
       const double cost = lanes_.cost[lane];
       numerical_failure_ = numerical_failure_ || std::isnan(cost);
-      if (!std::isfinite(cost) || (settings_.prune && cost > report_.cost)) continue;
+      if (!std::isfinite(cost) || (prunes() && cost > report_.cost)) continue;
       if (leaf)
         keep_if_better(problem, child_of_lane(b, lane));
       else
@@ -345,14 +372,21 @@ class BranchAndBound final : public Solver<M> {
     }
   }
 
+  /// How many steps a node's reachable set is followed that has block b before it; 0: it gets no such bound.
+  int bound_length(const Horizon& horizon, const SwitchTiming& timing, std::size_t b) const noexcept {
+    if (kernel_.enclose == nullptr || horizon.blocks[b - 1] < timing.longest_delay) return 0;
+    const auto next = horizon.blocks.begin() + static_cast<std::ptrdiff_t>(b);
+    return std::min(settings_.enclosure_steps, std::accumulate(next, horizon.blocks.end(), 0));
+  }
+
   /// Adds to the bounds of level b's nodes the cost that no state reachable from them can avoid.
   void raise_bounds(const Problem<M>& problem, std::size_t b) noexcept {
-    if (kernel_.enclose == nullptr || settings_.enclosure_steps == 0) return;
-    if (problem.horizon.blocks[b - 1] < timing_.longest_delay) return;
+    const int length = bound_length(problem.horizon, timing_, b);
+    if (length == 0) return;
     const PhaseScope timed(phases_, Phase::bound);
     Level& level = levels_[b];
     const int first = first_step_[b];
-    const int length = std::min(settings_.enclosure_steps, static_cast<int>(planned_.size()) - first);
+    const double cutoff = prunes() ? report_.cost : Bounds<M>::infinity;
     builder_.begin(0, lowest_);
     builder_.begin(0, highest_);
     for (int from = 0; from < level.count; from += max_lanes) {
@@ -364,7 +398,8 @@ class BranchAndBound final : public Solver<M> {
         builder_.hull(problem.modes.pattern(node.modes[b - 1]), changes_left(problem, node), lane, lowest_, highest_);
       }
       pad_boxes();
-      kernel_.enclose(problem, {planned_.data(), first, length, report_.cost}, lowest_, highest_, boxes_);
+      report_.bound_steps += std::int64_t{padded(boxes_.count)} * length;
+      kernel_.enclose(problem, {planned_.data(), first, length, cutoff}, lowest_, highest_, boxes_);
       for (int lane = 0; lane < boxes_.count; ++lane) {
         Node& node = level.nodes[static_cast<std::size_t>(from + lane)];
         node.bound = std::max(node.cost, boxes_.cost[lane]);  // in this order: a box that is no number says nothing
@@ -375,6 +410,7 @@ class BranchAndBound final : public Solver<M> {
   /// The switch changes after which a completion of `node` is worse than the incumbent whatever else it does.
   int changes_left(const Problem<M>& problem, const Node& node) const noexcept {
     const double left = (report_.cost - node.cost) / problem.cost.switching * (1 + 1e-9);
+    if (left < 0) return 0;  // worse already: only a search that leaves out nothing still has it
     return left < max_switches ? static_cast<int>(left) : static_cast<int>(max_switches);
   }
 
@@ -401,7 +437,7 @@ class BranchAndBound final : public Solver<M> {
     for (int i = 0; i < level.count; ++i) {
       const auto node = static_cast<std::uint32_t>(i);
       const double bound = level.nodes[node].bound;
-      if (!settings_.prune || bound <= report_.cost) level.order[open++] = {bound, node};
+      if (!prunes() || bound <= report_.cost) level.order[open++] = {bound, node};
     }
     level.count = static_cast<int>(open);
     std::sort(level.order.begin(), level.order.begin() + level.count);
@@ -409,7 +445,7 @@ class BranchAndBound final : public Solver<M> {
 
   /// Whether nothing below `node` can replace the incumbent, ties included.
   bool fathomed(const Node& node) const noexcept {
-    if (!settings_.prune || node.bound < report_.cost) return false;
+    if (!prunes() || node.bound < report_.cost) return false;
     if (node.bound > report_.cost || node.switches > report_.switches) return true;
     if (node.switches < report_.switches) return false;
     return std::lexicographical_compare(best_modes_.begin(), best_modes_.begin() + static_cast<std::ptrdiff_t>(depth_),
@@ -452,6 +488,7 @@ class BranchAndBound final : public Solver<M> {
   }
 
   TreeSearchSettings settings_;
+  bool leaves_out_ = true;  // what pruning may; see do_most_work()
   PhaseTimes* phases_ = nullptr;
   RolloutKernel<M> kernel_;
   SwitchTiming timing_;

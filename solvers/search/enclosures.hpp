@@ -74,6 +74,7 @@ class OpenBoxes {
  public:
   OpenBoxes(const Problem<M>& problem, const RollSpan<M>& span, Boxes<M>& boxes)
       : boxes_(boxes), cutoff_(span.cutoff), switch_change_(problem.cost.switching), count_(boxes.count) {
+    to_the_end_ = cutoff_ == Bounds<M>::infinity;  // nothing is to be left out
     for (const double weight : problem.cost.terminal) to_the_end_ = to_the_end_ || weight > 0.0;
     for (int lane = 0; lane < count_; ++lane) before_[lane] = boxes.cost[lane], owner_[lane] = lane;
   }

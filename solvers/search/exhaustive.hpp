@@ -2,6 +2,7 @@
 
 #include "core/mpc/rollout.hpp"
 #include "core/mpc/solver.hpp"
+#include "solvers/search/tree_work.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -38,6 +39,15 @@ class Exhaustive final : public Solver<M> {
     return report_;
   }
 
+  /// Every sequence, one block between two looks at the clock.
+  std::optional<MostWork> most_work(const AnyProblem& shape) const override {
+    const std::vector<int>& blocks = shape.horizon.blocks;
+    MostWork most = most_tree_work(shape.modes, {.block_steps = blocks});
+    most.late = {.nodes = 1, .model_steps = *std::ranges::max_element(blocks)};
+    return most;
+  }
+  bool do_most_work(bool /*on*/) noexcept override { return true; }
+
  private:
   /// Tries every mode in block b after the prefix in sequence_; false when the deadline has passed.
   bool expand(const Problem<M>& problem, const Plan<M>& plan, std::size_t b, Deadline deadline) noexcept {
@@ -51,6 +61,7 @@ class Exhaustive final : public Solver<M> {
       path_[b + 1] = path_[b];
       roll_block(problem, timing_, mode, problem.horizon.blocks[b], plan.continuous[b], path_[b + 1]);
       ++report_.nodes;
+      report_.model_steps += problem.horizon.blocks[b];
       if (path_[b + 1].feasible && !expand(problem, plan, b + 1, deadline)) return false;
     }
     return true;
