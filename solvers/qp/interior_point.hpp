@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace solenoid::qp {
@@ -79,12 +80,14 @@ class InteriorPoint {
   void correct(Kkt& kkt, double target) noexcept;
   void advance(double primal, double dual) noexcept;
   bool settled() noexcept;
-  bool finish_on_active_set(Kkt& kkt, int steps, Deadline deadline) noexcept;
+  bool finish_on_active_set(Kkt& kkt, Deadline deadline) noexcept;
   bool solve_on_active_set(Kkt& kkt) noexcept;
   int revise_active_set() noexcept;
+  bool accept_active_set(Kkt& kkt) noexcept;
   Verdict end(Status status) noexcept;
 
   static double step_length(double ratio, double fraction) { return ratio * 1.0 > fraction ? fraction / ratio : 1.0; }
+  int few() const { return std::max(1, bounded_ / 12); }
   double mean(double product) const { return sides_ > 0 ? product / sides_ : 0.0; }
 
   double allowed_gap() const { return settings_.gap_absolute + settings_.gap_relative * std::abs(at_.objective); }
@@ -94,18 +97,21 @@ class InteriorPoint {
   Workspace memory_;
   int primal_ = 0, dual_ = 0;
   int sides_ = 0;         // bounds present, lower and upper counted apart
+  int bounded_ = 0;       // rows with a bound on either side
+  int correctable_ = 1;   // rows that a step of the next attempt on an active set may correct
+  int tried_wrong_ = 0;   // rows that the first step of the last attempt found wrong
   bool compact_ = false;  // the feasible set has no ray
 
   double *r_d_, *r_p_, *dw_, *dy_;
-  // A guess of the active set: -1 at lower, 1 at upper, 0 free; and the point solved on it.
-  std::vector<signed char> side_, guess_;
+  // A guess of the active set: -1 at lower, 1 at upper, 0 free; the last one tried; and the point solved on it.
+  std::vector<signed char> side_, guess_, tried_;
   double *as_w_, *as_y_, *as_v_, *as_zeta_, *as_weight_, *as_shift_, *as_rd_, *as_rp_, *as_target_;
 
   Info info_;
   Residual at_;
   RowState row_at_;
   double expected_dual_ = 0.0, expected_primal_ = 0.0;
-  bool guess_tried_ = false;
+  double affine_ratio_ = 0.0;  // products after the longest affine step over those before
   int refinements_ = 0;
 };
 

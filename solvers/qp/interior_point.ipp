@@ -18,8 +18,7 @@ void InteriorPoint<Kkt>::setup(const Kkt& kkt, const Settings& settings) {
         &a.shift, &a.nu,    &a.z_f,    &a.zeta,   &as_v_,   &as_zeta_, &as_weight_, &as_shift_,  &as_target_})
     *array = memory_.carve(rows.size);
   for (double** array : {&a.t_l, &a.t_u}) *array = memory_.carve(rows.size, 1.0);
-  side_.assign(static_cast<std::size_t>(rows.size), 0);
-  guess_.assign(static_cast<std::size_t>(rows.size), 0);
+  for (auto* set : {&side_, &guess_, &tried_}) set->assign(static_cast<std::size_t>(rows.size), 0);
 }
 
 template <class Kkt>
@@ -41,27 +40,30 @@ Info InteriorPoint<Kkt>::solve(Kkt& kkt, bool warm, Deadline deadline) noexcept 
     const double target = predict(kkt);
     const bool finish = settled();
     correct(kkt, target);
-    if (finish && finish_on_active_set(kkt, settings_.active_set_steps, deadline)) return info_;
+    if (finish && finish_on_active_set(kkt, deadline)) return info_;
   }
 }
 
-/// An active set to try first: the last solution's (warm) or none at all (cold), which is often right; failing that, a
-/// point inside.
+/// An active set to try first: the last solution's (warm) or none at all (cold), which is often right or nearly so;
+/// failing that, a point inside.
 template <class Kkt>
 auto InteriorPoint<Kkt>::start(Kkt& kkt, bool warm, Deadline deadline) noexcept -> Verdict {
   std::fill_n(rows.z_f, rows.size, 0.0);
   expected_dual_ = expected_primal_ = HUGE_VAL;
   refinements_ = 0;
-  guess_tried_ = false;
+  bounded_ = 0;
   if (warm) kkt.row_values(w, rows.v);
   for (int i = 0; i < rows.size; ++i) {
+    bounded_ += rows.mask_l[i] + rows.mask_u[i] > 0.0;
     const bool lower = warm && rows.mask_l[i] > 0.0 && -rows.zeta[i] > rows.v[i] - rows.lower[i];
     const bool upper = warm && rows.mask_u[i] > 0.0 && rows.zeta[i] > rows.upper[i] - rows.v[i];
     guess_[static_cast<std::size_t>(i)] = side_[static_cast<std::size_t>(i)] = static_cast<signed char>(upper - lower);
   }
   if (!warm) kkt.start(w, y);
-  const int steps = settings_.active_set_steps == 0 ? 0 : warm ? settings_.active_set_steps + 1 : 1;
-  if (finish_on_active_set(kkt, steps, deadline)) return Verdict::stop;
+  tried_ = guess_;
+  tried_wrong_ = 0;
+  correctable_ = few();
+  if (finish_on_active_set(kkt, deadline)) return Verdict::stop;
   // Around a wrong set the old solution is a poor centre; a warm interior start is for solving without sets.
   const bool keep = warm && settings_.active_set_steps == 0;
   if (warm && !keep) kkt.start(w, y);
@@ -174,10 +176,10 @@ double InteriorPoint<Kkt>::predict(Kkt& kkt) noexcept {
   const RowStep affine = kernel_->predict(rows);
   const double p = step_length(affine.primal_ratio, 1.0), d = step_length(affine.dual_ratio, 1.0);
   const double after = row_at_.product + d * affine.t_dz + p * affine.z_dt + p * d * affine.dt_dz;
-  const double ratio = row_at_.product > 0.0 ? std::clamp(after / row_at_.product, 0.0, 1.0) : 0.0;
+  affine_ratio_ = row_at_.product > 0.0 ? std::clamp(after / row_at_.product, 0.0, 1.0) : 0.0;
   // Products far below what convergence asks for buy nothing and cost digits: weights are multipliers over slacks.
   const double floor = 0.3 * std::min(settings_.tolerance, mean(allowed_gap()));
-  return std::max(floor, ratio * ratio * ratio * mean(row_at_.product));
+  return std::max(floor, affine_ratio_ * affine_ratio_ * affine_ratio_ * mean(row_at_.product));
 }
 
 template <class Kkt>
@@ -204,44 +206,45 @@ void InteriorPoint<Kkt>::advance(double primal, double dual) noexcept {
 }
 
 /// Reads the active set off the affine step, free of scaling: it takes an active slack to 0, its multiplier nowhere,
-/// and the other way round. True when two steps in a row say the same, once for each guess.
+/// and the other way round. True when the step goes far, few rows changed or are doubtful, and the guess is no neighbour
+/// of one that failed.
 template <class Kkt>
 bool InteriorPoint<Kkt>::settled() noexcept {
   if (settings_.active_set_steps == 0) return false;
-  constexpr double doubt = 0.2;
-  bool same = true;
+  constexpr double doubt = 0.2, far = 0.3;
+  int changed = 0, doubtful = 0, elsewhere = 0;
   for (int i = 0; i < rows.size; ++i) {
     const double to_lower = -rows.mask_l[i] * (rows.r_l[i] + rows.dv[i]) * rows.inv_l[i];
     const double to_upper = -rows.mask_u[i] * (rows.r_u[i] - rows.dv[i]) * rows.inv_u[i];
     const double most = std::max(to_lower, to_upper);
     const auto side = static_cast<signed char>(most < 0.5 ? 0 : to_upper > to_lower ? 1 : -1);
-    same = same && (most < doubt || most > 1.0 - doubt) && side == guess_[static_cast<std::size_t>(i)];
+    doubtful += most >= doubt && most <= 1.0 - doubt;
+    changed += side != guess_[static_cast<std::size_t>(i)];
+    elsewhere += side != tried_[static_cast<std::size_t>(i)];
     guess_[static_cast<std::size_t>(i)] = side;
   }
-  if (!same) guess_tried_ = false;
-  if (!same || guess_tried_) return false;
-  guess_tried_ = true;
-  side_ = guess_;
+  if (affine_ratio_ > far || changed > few() || 2 * doubtful > 3 * few() || 2 * elsewhere < tried_wrong_) return false;
+  tried_ = side_ = guess_;
   return true;
 }
 
-/// Primal-dual active-set steps (Hintermueller, Ito, Kunisch 2002) from the guess in side_. On success the iterate is
-/// the exact solution; otherwise the interior iterate is untouched.
+/// Primal-dual active-set steps (Hintermueller, Ito, Kunisch 2002) from the guess in side_, as long as they correct few
+/// rows and no more than the step before: many corrections mean many steps, or none that ends. Each failure halves what
+/// the next attempt may correct. On success the iterate is the exact solution; otherwise the interior iterate is
+/// untouched.
 template <class Kkt>
-bool InteriorPoint<Kkt>::finish_on_active_set(Kkt& kkt, int steps, Deadline deadline) noexcept {
-  std::copy_n(w, primal_, as_w_);
-  std::copy_n(y, dual_, as_y_);
-  for (int step = 0; step < steps && info_.iterations < settings_.max_iterations; ++step) {
+bool InteriorPoint<Kkt>::finish_on_active_set(Kkt& kkt, Deadline deadline) noexcept {
+  int most = std::exchange(correctable_, std::max(1, correctable_ / 2));
+  for (int step = 0; step < settings_.active_set_steps && info_.iterations < settings_.max_iterations; ++step) {
     if (deadline.passed() || !kkt.can_hold(side_.data())) return false;
+    if (step == 0) std::copy_n(w, primal_, as_w_), std::copy_n(y, dual_, as_y_);
     ++info_.active_set_steps;
     if (!solve_on_active_set(kkt)) return false;
-    if (revise_active_set() > 0) continue;
-    if (std::max({at_.dual, info_.feasibility, info_.complementarity}) > settings_.tolerance) return false;
-    std::swap(w, as_w_), std::swap(y, as_y_), std::swap(rows.zeta, as_zeta_), std::swap(rows.v, as_v_);
-    info_.objective = at_.objective;
-    info_.stationarity = at_.dual;
-    info_.status = Status::optimal;
-    return true;
+    const int changed = revise_active_set();
+    if (step == 0) tried_wrong_ = std::min(changed, few());
+    if (changed == 0) return accept_active_set(kkt);
+    if (changed > most) return false;
+    most = changed;
   }
   return false;
 }
@@ -260,7 +263,7 @@ bool InteriorPoint<Kkt>::solve_on_active_set(Kkt& kkt) noexcept {
   kkt.row_values(as_w_, as_v_);
   for (int i = 0; i < rows.size; ++i)
     as_shift_[i] = as_weight_[i] > 0.0 ? as_weight_[i] * (as_v_[i] - as_target_[i]) : 0.0;
-  at_ = kkt.residual(as_w_, as_y_, as_zeta_, as_rd_, as_rp_);
+  kkt.residual(as_w_, as_y_, as_zeta_, as_rd_, as_rp_);
   ++info_.iterations;
   kkt.adapt(0.0);
   if (!kkt.factor(as_weight_, as_rd_, as_rp_, as_shift_)) return false;
@@ -268,8 +271,7 @@ bool InteriorPoint<Kkt>::solve_on_active_set(Kkt& kkt) noexcept {
   kernel_->axpy(primal_, 1.0, dw_, as_w_);
   kernel_->axpy(dual_, 1.0, dy_, as_y_);
   kkt.row_values(as_w_, as_v_);
-  at_ = kkt.residual(as_w_, as_y_, as_zeta_, as_rd_, as_rp_);
-  return std::isfinite(at_.objective + at_.dual + at_.primal);
+  return true;
 }
 
 /// Rows whose multiplier pulls the wrong way leave, violated rows enter; returns how many changed.
@@ -277,17 +279,9 @@ template <class Kkt>
 int InteriorPoint<Kkt>::revise_active_set() noexcept {
   const double slack = settings_.tolerance;
   int changed = 0;
-  info_.feasibility = at_.primal;
-  info_.complementarity = 0.0;
   for (int i = 0; i < rows.size; ++i) {
     auto& side = side_[static_cast<std::size_t>(i)];
-    if (as_weight_[i] > 0.0) {
-      const double away = std::abs(as_v_[i] - as_target_[i]);
-      info_.feasibility = std::max(info_.feasibility, away);
-      info_.complementarity = std::max(info_.complementarity, away * std::abs(as_zeta_[i]));
-    } else {
-      as_zeta_[i] = 0.0;
-    }
+    if (!(as_weight_[i] > 0.0)) as_zeta_[i] = 0.0;
     if (side != 0) {
       if (as_zeta_[i] * side < 0.0) side = 0, ++changed;
     } else if (rows.mask_l[i] > 0.0 && as_v_[i] < rows.lower[i] - slack) {
@@ -297,6 +291,29 @@ int InteriorPoint<Kkt>::revise_active_set() noexcept {
     }
   }
   return changed;
+}
+
+/// Takes the point over if it is a solution to the tolerance.
+template <class Kkt>
+bool InteriorPoint<Kkt>::accept_active_set(Kkt& kkt) noexcept {
+  const Residual at = kkt.residual(as_w_, as_y_, as_zeta_, as_rd_, as_rp_);
+  double feasibility = at.primal, complementarity = 0.0;
+  for (int i = 0; i < rows.size; ++i) {
+    if (!(as_weight_[i] > 0.0)) continue;
+    const double away = std::abs(as_v_[i] - as_target_[i]);
+    feasibility = std::max(feasibility, away);
+    complementarity = std::max(complementarity, away * std::abs(as_zeta_[i]));
+  }
+  if (!std::isfinite(at.objective + at.dual + feasibility + complementarity) ||
+      std::max({at.dual, feasibility, complementarity}) > settings_.tolerance)
+    return false;
+  std::swap(w, as_w_), std::swap(y, as_y_), std::swap(rows.zeta, as_zeta_), std::swap(rows.v, as_v_);
+  info_.status = Status::optimal;
+  info_.objective = at.objective;
+  info_.stationarity = at.dual;
+  info_.feasibility = feasibility;
+  info_.complementarity = complementarity;
+  return true;
 }
 
 template <class Kkt>

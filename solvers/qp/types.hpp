@@ -53,7 +53,7 @@ struct Settings {
   double primal_shift = 1e-10;  ///< proximal weight on x: makes P + shift positive definite  [theory-qp.md, eq. 6]
   double dual_shift = 1e-10;    ///< proximal weight on the multipliers (sparse back end)     [theory-qp.md, eq. 6]
   int refinement_steps = 3;     ///< at most, per linear solve, and only where a residual asks for it
-  int active_set_steps = 2;     ///< per attempt to finish on a guessed active set; 0: interior point only
+  int active_set_steps = 5;     ///< at most, per attempt to finish on a guessed active set; 0: interior point only
   Isa isa = Isa::best;
 };
 

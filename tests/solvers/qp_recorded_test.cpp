@@ -35,6 +35,30 @@ TEST_P(Recorded, RiccatiSolvesEveryInstanceToTheJudgesSatisfaction) {
     }
 }
 
+TEST_P(Recorded, InstructionSetsAgree) {
+  const auto all = test::recorded_qps(GetParam());
+  for (const int active_set_steps : {0, Settings{}.active_set_steps}) {
+    const auto solver_of = [&](Isa isa) {
+      OcpSolver<4, 3> solver;
+      solver.setup(all[0].problem, {.active_set_steps = active_set_steps, .isa = isa});
+      return solver;
+    };
+    auto reference = solver_of(Isa::baseline);
+    OcpSolution<4, 3> solution(GetParam());
+    for (const Isa isa : {Isa::avx2, Isa::avx512}) {
+      auto solver = solver_of(isa);
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        SCOPED_TRACE(i);
+        const Info expected = reference.solve(all[i].problem, solution);
+        const Info info = solver.solve(all[i].problem, solution);
+        EXPECT_EQ(info.status, expected.status);
+        EXPECT_NEAR(info.iterations, expected.iterations, 1);
+        EXPECT_NEAR(info.objective, expected.objective, 1e-9);
+      }
+    }
+  }
+}
+
 TEST_P(Recorded, SparseSolvesEveryInstanceToTheJudgesSatisfaction) {
   const auto all = test::recorded_qps(GetParam());
   SparseQp problem = to_sparse(all[0].problem);
