@@ -42,7 +42,9 @@ struct Ray {
 ///     Residual residual(w, y, zeta, r_d, r_p)
 ///     bool factor(weight, r_d, r_p, h)                             for D, with a first right-hand side; false: not
 ///                                                                  quasi-definite
-///     void step(dw, dy, nu, int refinements)                       its solution; nu = D C dw + h, or null
+///     void step(dw, dy, nu, int refinements)                       its solution; nu = D C dw + h, or null; where
+///                                                                  primal_alone, dy may be null without refinements
+///     bool exact_steps()                                           a step leaves 1 - its length of the residuals
 ///     void adapt(double stationarity)                              shifts for a point this far from stationary
 ///     void stiffen()                                               greater shifts, until the next load
 ///     bool can_hold(const signed char* side)                       whether these rows may be held as equalities
@@ -72,13 +74,15 @@ class InteriorPoint {
   void balance(Kkt& kkt) noexcept;
   void enter_interior(double product) noexcept;
   void evaluate(Kkt& kkt) noexcept;
+  void follow_residuals() noexcept;
+  void take_residuals(Kkt& kkt) noexcept;
   Verdict judge(Kkt& kkt, Deadline deadline) noexcept;
   bool converged() const noexcept;
   bool certified(Kkt& kkt) noexcept;
   bool factor(Kkt& kkt, const double* weight, const double* h) noexcept;
   double predict(Kkt& kkt) noexcept;
   void correct(Kkt& kkt, double target) noexcept;
-  void advance(double primal, double dual) noexcept;
+  void advance(double length) noexcept;
   bool settled() noexcept;
   bool finish_on_active_set(Kkt& kkt, Deadline deadline) noexcept;
   bool solve_on_active_set(Kkt& kkt) noexcept;
@@ -90,7 +94,10 @@ class InteriorPoint {
   int few() const { return std::max(1, bounded_ / 12); }
   double mean(double product) const { return sides_ > 0 ? product / sides_ : 0.0; }
 
-  double allowed_gap() const { return settings_.gap_absolute + settings_.gap_relative * std::abs(at_.objective); }
+  /// Without the objective's share while that is an older point's.
+  double allowed_gap() const {
+    return settings_.gap_absolute + (stale_ ? 0.0 : settings_.gap_relative * std::abs(at_.objective));
+  }
 
   Settings settings_;
   const RowKernels* kernel_ = nullptr;
@@ -110,7 +117,9 @@ class InteriorPoint {
   Info info_;
   Residual at_;
   RowState row_at_;
-  double expected_dual_ = 0.0, expected_primal_ = 0.0;
+  double length_ = 0.0;        // of the last step
+  bool follow_ = false;        // whether the residuals may be taken to be what the steps leave of them ...
+  bool stale_ = false;         // ... and whether they were, so that the objective is an older point's
   double affine_ratio_ = 0.0;  // products after the longest affine step over those before
   int refinements_ = 0;
 };

@@ -12,10 +12,10 @@ void InteriorPoint<Kkt>::setup(const Kkt& kkt, const Settings& settings) {
   for (double** array : {&w, &r_d_, &dw_, &as_w_, &as_rd_}) *array = memory_.carve(primal_);
   for (double** array : {&y, &r_p_, &dy_, &as_y_, &as_rp_}) *array = memory_.carve(dual_);
   Rows& a = rows;
-  for (double** array :
-       {&a.lower, &a.upper, &a.mask_l, &a.mask_u, &a.fixed, &a.z_l,    &a.z_u,      &a.v,        &a.r_l,      &a.r_u,
-        &a.inv_l, &a.inv_u, &a.dt_l,   &a.dt_u,   &a.dz_l,  &a.dz_u,   &a.dv,       &a.second_l, &a.second_u, &a.weight,
-        &a.shift, &a.nu,    &a.z_f,    &a.zeta,   &as_v_,   &as_zeta_, &as_weight_, &as_shift_,  &as_target_})
+  for (double** array : {&a.lower, &a.upper, &a.mask_l, &a.mask_u,   &a.fixed,    &a.z_l,     &a.z_u,     &a.v,
+                         &a.r_l,   &a.r_u,   &a.inv_l,  &a.inv_u,    &a.inv_z_l,  &a.inv_z_u, &a.dt_l,    &a.dt_u,
+                         &a.dz_l,  &a.dz_u,  &a.dv,     &a.second_l, &a.second_u, &a.weight,  &a.shift,   &a.nu,
+                         &a.z_f,   &a.zeta,  &as_v_,    &as_zeta_,   &as_weight_, &as_shift_, &as_target_})
     *array = memory_.carve(rows.size);
   for (double** array : {&a.t_l, &a.t_u}) *array = memory_.carve(rows.size, 1.0);
   for (auto* set : {&side_, &guess_, &tried_}) set->assign(static_cast<std::size_t>(rows.size), 0);
@@ -49,8 +49,9 @@ Info InteriorPoint<Kkt>::solve(Kkt& kkt, bool warm, Deadline deadline) noexcept 
 template <class Kkt>
 auto InteriorPoint<Kkt>::start(Kkt& kkt, bool warm, Deadline deadline) noexcept -> Verdict {
   std::fill_n(rows.z_f, rows.size, 0.0);
-  expected_dual_ = expected_primal_ = HUGE_VAL;
-  refinements_ = 0;
+  at_ = {HUGE_VAL, HUGE_VAL, 0.0};
+  length_ = 0.0, refinements_ = 0;
+  follow_ = stale_ = false;
   bounded_ = 0;
   if (warm) kkt.row_values(w, rows.v);
   for (int i = 0; i < rows.size; ++i) {
@@ -122,16 +123,37 @@ template <class Kkt>
 void InteriorPoint<Kkt>::evaluate(Kkt& kkt) noexcept {
   kkt.row_values(w, rows.v);
   row_at_ = kernel_->evaluate(rows);
-  at_ = kkt.residual(w, y, rows.zeta, r_d_, r_p_);
+  info_.complementarity = row_at_.largest;
+  if (follow_ && refinements_ == 0 && info_.complementarity > settings_.tolerance)
+    follow_residuals();
+  else
+    take_residuals(kkt);
   info_.objective = at_.objective;
   info_.stationarity = at_.dual;
   info_.feasibility = std::max(at_.primal, kkt.row_violation(rows, row_at_.residual));
-  info_.complementarity = row_at_.largest;
-  // An exact step would have left exactly (1 - step) of the residuals; more means the linear solves lack digits.
-  const double floor = settings_.tolerance;
-  const bool short_of_digits = at_.dual > expected_dual_ + floor || at_.primal > expected_primal_ + floor;
+}
+
+/// What an exact step leaves of the residuals, 1 - its length, while products alone say that this is not the end.
+template <class Kkt>
+void InteriorPoint<Kkt>::follow_residuals() noexcept {
+  kernel_->axpy(primal_, -length_, r_d_, r_d_);
+  kernel_->axpy(dual_, -length_, r_p_, r_p_);
+  at_.dual *= 1.0 - length_, at_.primal *= 1.0 - length_;
+  stale_ = true;
+}
+
+template <class Kkt>
+void InteriorPoint<Kkt>::take_residuals(Kkt& kkt) noexcept {
+  // More than 1 - length of the residuals left means that the linear solves lack digits. The shifts cost a little of
+  // every step; the next one makes up for it.
+  const double left = stale_ ? 1.0 : 2.0 * (1.0 - length_) + 1e-2, floor = settings_.tolerance;
+  const Residual before = at_;
+  at_ = kkt.residual(w, y, rows.zeta, r_d_, r_p_);
+  const bool short_of_digits = at_.dual > left * before.dual + floor || at_.primal > left * before.primal + floor;
   refinements_ =
       short_of_digits ? std::min(refinements_ + 1, settings_.refinement_steps) : std::max(refinements_ - 1, 0);
+  follow_ = kkt.exact_steps() && !short_of_digits;
+  stale_ = false;
 }
 
 template <class Kkt>
@@ -144,10 +166,14 @@ template <class Kkt>
 auto InteriorPoint<Kkt>::judge(Kkt& kkt, Deadline deadline) noexcept -> Verdict {
   if (!std::isfinite(at_.objective + at_.dual + at_.primal + row_at_.product)) return end(Status::numerical_failure);
   if (converged()) return end(Status::optimal);
-  if (info_.iterations >= settings_.max_iterations) return end(Status::iteration_limit);
-  if (info_.iterations > 4 && certified(kkt)) return Verdict::stop;
-  if (deadline.passed()) return end(Status::deadline_reached);
-  return Verdict::go_on;
+  const bool exhausted = info_.iterations >= settings_.max_iterations;
+  if (!exhausted && info_.iterations > 4 && certified(kkt)) return Verdict::stop;
+  if (!exhausted && !deadline.passed()) return Verdict::go_on;
+  if (stale_) {
+    take_residuals(kkt);
+    info_.objective = at_.objective, info_.stationarity = at_.dual;
+  }
+  return end(exhausted ? Status::iteration_limit : Status::deadline_reached);
 }
 
 template <class Kkt>
@@ -171,10 +197,10 @@ bool InteriorPoint<Kkt>::factor(Kkt& kkt, const double* weight, const double* h)
 /// The affine step; returns Mehrotra's target for the products, sigma mu.
 template <class Kkt>
 double InteriorPoint<Kkt>::predict(Kkt& kkt) noexcept {
-  kkt.step(dw_, dy_, nullptr, refinements_);
+  kkt.step(dw_, Kkt::primal_alone && refinements_ == 0 ? nullptr : dy_, nullptr, refinements_);
   kkt.row_values(dw_, rows.dv);
   const RowStep affine = kernel_->predict(rows);
-  const double p = step_length(affine.primal_ratio, 1.0), d = step_length(affine.dual_ratio, 1.0);
+  const double p = step_length(affine.ratio.primal, 1.0), d = step_length(affine.ratio.dual, 1.0);
   const double after = row_at_.product + d * affine.t_dz + p * affine.z_dt + p * d * affine.dt_dz;
   affine_ratio_ = row_at_.product > 0.0 ? std::clamp(after / row_at_.product, 0.0, 1.0) : 0.0;
   // Products far below what convergence asks for buy nothing and cost digits: weights are multipliers over slacks.
@@ -187,22 +213,17 @@ void InteriorPoint<Kkt>::correct(Kkt& kkt, double target) noexcept {
   kernel_->correct(rows, target);
   kkt.solve(r_d_, r_p_, rows.shift, dw_, dy_, rows.nu, refinements_);
   kkt.row_values(dw_, rows.dv);
-  const RowStep step = kernel_->step(rows, target);
+  const StepRatios ratio = kernel_->step(rows, target);
   const double fraction = std::max(0.99, 1.0 - 10.0 * mean(row_at_.product));
-  const double p = step_length(step.primal_ratio, std::min(fraction, 0.9995)),
-               d = step_length(step.dual_ratio, std::min(fraction, 0.9995));
-  const double both = std::min(p, d);
-  advance(both, both);
+  advance(step_length(std::max(ratio.primal, ratio.dual), std::min(fraction, 0.9995)));
 }
 
 template <class Kkt>
-void InteriorPoint<Kkt>::advance(double primal, double dual) noexcept {
-  kernel_->axpy(primal_, primal, dw_, w);
-  kernel_->axpy(dual_, dual, dy_, y);
-  kernel_->advance(rows, primal, dual);
-  // The shifts cost a little of every step; the next one makes up for it.
-  expected_dual_ = 2.0 * (1.0 - dual) * at_.dual + 1e-2 * at_.dual;
-  expected_primal_ = 2.0 * (1.0 - primal) * at_.primal + 1e-2 * at_.primal;
+void InteriorPoint<Kkt>::advance(double length) noexcept {
+  length_ = length;
+  kernel_->axpy(primal_, length, dw_, w);
+  kernel_->axpy(dual_, length, dy_, y);
+  kernel_->advance(rows, length);
 }
 
 /// Reads the active set off the affine step, free of scaling: it takes an active slack to 0, its multiplier nowhere,

@@ -38,6 +38,9 @@ class RiccatiKkt {
   bool factor(const double* weight, const double* r_d, const double* r_p, const double* h) noexcept;
   void step(double* dw, double* dy, double* nu, int refinements) noexcept;
   static constexpr bool balanced_start = true;
+  static constexpr bool primal_alone = true;
+  /// A step leaves 1 - its length of the residuals; states' bounds take digits.
+  bool exact_steps() const { return !state_bounds_; }
   static constexpr int least_refinements = 0;
   void adapt(double) noexcept {}  // what the inputs of a control problem cost bends them
   void stiffen() noexcept { shift_ *= 100.0; }
@@ -69,8 +72,10 @@ class RiccatiKkt {
   void take(const double* r_d, const double* r_p, const double* h) noexcept;
   void adjoint(const double* g, const double* dw, double* dy) const noexcept;
   void load_stage(const Problem& problem, int k) noexcept;
-  double& u(double* w, int k, int j) const { return w[k * NU + j]; }
-  double* x(double* w, int k) const { return w + states_at_ + (k - 1) * XL; }
+  template <int size>
+  static auto piece(double* from) {
+    return Eigen::Map<Eigen::Matrix<double, size, 1>>(from);
+  }
 
   int stages_ = 0, states_at_ = 0;
   bool state_bounds_ = false;

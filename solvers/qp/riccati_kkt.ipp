@@ -52,25 +52,28 @@ bool RiccatiKkt<NX, NU>::load(const Problem& problem) noexcept {
 
 template <int NX, int NU>
 void RiccatiKkt<NX, NU>::load_stage(const Problem& problem, int k) noexcept {
+  // Columns of the matrices, as Eigen keeps them, are rows of a symmetric one: whole pieces are copied where they fit.
   const auto& stage = problem.stages[static_cast<std::size_t>(k)];
   double* hessian = pack_.hessian + k * H * W;
   double* gradient = pack_.gradient + k * W;
-  const bool last = k == stages_;
+  piece<NX>(gradient) = stage.q;
+  for (int i = 0; i < NX; ++i) piece<NX>(hessian + i * W) = stage.q_matrix.col(i);
+  if (k == stages_) return;
+  piece<NU>(gradient + NX) = stage.r;
   for (int i = 0; i < NX; ++i) {
-    gradient[i] = stage.q[i];
-    for (int c = 0; c < NX; ++c) hessian[i * W + c] = stage.q_matrix(i, c);
+    piece<NU>(hessian + i * W + NX) = stage.s_matrix.col(i);
+    for (int j = 0; j < NU; ++j) hessian[(NX + j) * W + i] = stage.s_matrix(j, i);
   }
-  if (last) return;
-  for (int j = 0; j < NU; ++j) {
-    gradient[NX + j] = stage.r[j];
-    for (int c = 0; c < NX; ++c) hessian[c * W + NX + j] = hessian[(NX + j) * W + c] = stage.s_matrix(j, c);
-    for (int c = 0; c < NU; ++c) hessian[(NX + j) * W + NX + c] = stage.r_matrix(j, c);
-  }
+  for (int j = 0; j < NU; ++j) piece<NU>(hessian + (NX + j) * W + NX) = stage.r_matrix.col(j);
   double* rows = pack_.rows + k * NX * W;
   double* columns = pack_.columns + k * H * XL;
-  for (int c = 0; c < H; ++c)
-    for (int i = 0; i < NX; ++i) rows[i * W + c] = columns[c * XL + i] = c < NX ? stage.a(i, c) : stage.b(i, c - NX);
-  for (int i = 0; i < NX; ++i) pack_.offset[k * XL + i] = stage.c[i];
+  for (int c = 0; c < NX; ++c) piece<NX>(columns + c * XL) = stage.a.col(c);
+  for (int j = 0; j < NU; ++j) piece<NX>(columns + (NX + j) * XL) = stage.b.col(j);
+  for (int i = 0; i < NX; ++i) {
+    for (int c = 0; c < NX; ++c) rows[i * W + c] = stage.a(i, c);
+    for (int j = 0; j < NU; ++j) rows[i * W + NX + j] = stage.b(i, j);
+  }
+  piece<NX>(pack_.offset + k * XL) = stage.c;
 }
 
 template <int NX, int NU>
@@ -99,29 +102,16 @@ bool RiccatiKkt<NX, NU>::bounds(Rows& rows) const noexcept {
 /// inputs' stationarity is left to do.
 template <int NX, int NU>
 void RiccatiKkt<NX, NU>::start(double* w, double* y) noexcept {
-  Eigen::Matrix<double, NX, 1> state = problem_->x0;
   for (int k = 0; k < stages_; ++k) {
     const auto& stage = problem_->stages[static_cast<std::size_t>(k)];
-    Eigen::Matrix<double, NU, 1> input;
     for (int j = 0; j < NU; ++j) {
       const double lower = stage.u_lower[j], upper = stage.u_upper[j], width = upper - lower;
       const double margin = std::isfinite(width) ? std::min(1.0, 0.25 * width) : 1.0;
-      u(w, k, j) = input[j] = lower == upper ? lower : std::max(std::min(0.0, upper - margin), lower + margin);
+      w[k * NU + j] = lower == upper ? lower : std::max(std::min(0.0, upper - margin), lower + margin);
     }
-    state = stage.a * state + stage.b * input + stage.c;
-    for (int i = 0; i < NX; ++i) x(w, k + 1)[i] = state[i];
   }
-  Eigen::Matrix<double, NX, 1> costate = Eigen::Matrix<double, NX, 1>::Zero();
-  for (int k = stages_; k > 0; --k) {
-    const auto& stage = problem_->stages[static_cast<std::size_t>(k)];
-    const Eigen::Map<const Eigen::Matrix<double, NX, 1>> at(x(w, k));
-    costate = (stage.q_matrix * at + stage.q + stage.a.transpose() * costate).eval();
-    if (k < stages_) {
-      const Eigen::Map<const Eigen::Matrix<double, NU, 1>> input(w + k * NU);
-      costate += stage.s_matrix.transpose() * input;
-    }
-    for (int i = 0; i < NX; ++i) y[(k - 1) * XL + i] = costate[i];
-  }
+  kernel_->simulate(pack_, states_at_, w);
+  kernel_->costates(pack_, w, states_at_, y);
 }
 
 template <int NX, int NU>
@@ -151,7 +141,7 @@ template <int NX, int NU>
 void RiccatiKkt<NX, NU>::step(double* dw, double* dy, double* nu, int refinements) noexcept {
   const int rows = row_size();
   kernel_->forward(pack_, riccati_, e_, states_at_, dw, dy);
-  adjoint(g_, dw, dy);
+  if (dy != nullptr) adjoint(g_, dw, dy);
   for (int i = 0; i < refinements; ++i) {
     for (int r = 0; r < rows; ++r) zeta_[r] = weight_[r] * dw[r];
     kernel_->residual(homogeneous_, dw, states_at_, dy, zeta_, state_bounds_, r_d_, r_p_);

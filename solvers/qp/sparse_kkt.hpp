@@ -19,7 +19,8 @@ namespace solenoid::qp {
 /// layout   w: n; y: p; rows: the n boxes, then, from a whole vector on, the m rows of G
 class SparseKkt {
  public:
-  static constexpr bool balanced_start = false;
+  static constexpr bool balanced_start = false, primal_alone = false;
+  static constexpr bool exact_steps() { return false; }  // shifts take their share of every step
   static constexpr int least_refinements = 1;
 
   void setup(const SparseQp& problem, const Settings& settings);

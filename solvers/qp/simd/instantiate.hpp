@@ -6,6 +6,8 @@ namespace solenoid::qp::SOLENOID_QP_ISA {
 #include "solvers/qp/simd/lanes.hpp"
 #include "solvers/qp/simd/row_kernels.hpp"
 //
+#include "solvers/qp/simd/stage_lanes.hpp"
+//
 #include "solvers/qp/simd/riccati_lanes.hpp"
 
 const RowKernels& rows();

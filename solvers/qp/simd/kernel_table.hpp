@@ -16,6 +16,7 @@ struct Rows {
   double* v;                                // C w, the rows' values
   double *r_l, *r_u;                        // v - lower - t_l, upper - v - t_u
   double *inv_l, *inv_u;                    // 1 / t
+  double *inv_z_l, *inv_z_u;                // 1 / z
   double *second_l, *second_u;              // dt * dz of the predictor
   double *dt_l, *dt_u, *dz_l, *dz_u, *dv;   // step
   double* weight;                           // D = z_l / t_l + z_u / t_u (+ fixed)
@@ -39,19 +40,23 @@ struct RowState {
   double largest;   ///< largest t z
 };
 
-/// Largest -dt/t and -dz/z (a step length is min(1, 1 / ratio)) and the sums that give mu after any step pair.
+/// Largest -dt/t and -dz/z: a step length is min(1, 1 / ratio).
+struct StepRatios {
+  double primal, dual;
+};
+/// The same with the sums that give mu after any step pair.
 struct RowStep {
-  double primal_ratio, dual_ratio;
+  StepRatios ratio;
   double t_dz, z_dt, dt_dz;
 };
 
 /// Elementwise work of an iteration; the equations are theory-qp.md, eq. 3 to 5.
 struct RowKernels {
-  RowState (*evaluate)(const Rows& rows);            // r, 1/t, D, zeta and the predictor's h
-  RowStep (*predict)(const Rows& rows);              // dt, dz of the predictor from dv; second-order products
-  void (*correct)(const Rows& rows, double target);  // the corrector's h for t z = target
-  RowStep (*step)(const Rows& rows, double target);  // dt, dz of the corrector from dv
-  void (*advance)(const Rows& rows, double primal, double dual);
+  RowState (*evaluate)(const Rows& rows);               // r, 1/t, D, zeta and the predictor's h
+  RowStep (*predict)(const Rows& rows);                 // dt, dz of the predictor from dv; second-order products
+  void (*correct)(const Rows& rows, double target);     // the corrector's h for t z = target
+  StepRatios (*step)(const Rows& rows, double target);  // dt, dz of the corrector from dv
+  void (*advance)(const Rows& rows, double length);
   void (*axpy)(int size, double factor, const double* x, double* y);  // y += factor x
   void (*add)(int size, const double* x, const double* y, double* out);
   /// out = a x + b, entry by entry
@@ -93,6 +98,9 @@ struct StageResidual {
 /// Vectors over all stages: inputs packed [stages][NU], then (from `state_offset`) states x_1..x_N packed [stages][XL].
 struct RiccatiKernels {
   int state_lanes, input_lanes, width;  // XL, UL, W
+  /// The states that the inputs in w lead to, and the dynamics' multipliers that leave the states stationary.
+  void (*simulate)(const StagePack& stages, int state_offset, double* w);
+  void (*costates)(const StagePack& stages, const double* w, int state_offset, double* y);
   /// Stationarity and dynamics residuals at (w, y) with row multipliers zeta (state rows only if state_rows).
   StageResidual (*residual)(const StagePack& stages, const double* w, int state_offset, const double* y,
                             const double* zeta, bool state_rows, double* dual, double* primal);
@@ -102,7 +110,7 @@ struct RiccatiKernels {
   /// p, k for another right-hand side.
   void (*backward)(const StagePack& stages, const RiccatiPack& riccati, const double* g, const double* e,
                    int state_offset);
-  /// The step (dw, dy) of the latest right-hand side: A dx + B du + e = dx+.
+  /// The step (dw, dy) of the latest right-hand side, A dx + B du + e = dx+; without multipliers where dy is null.
   void (*forward)(const StagePack& stages, const RiccatiPack& riccati, const double* e, int state_offset, double* dw,
                   double* dy);
 };

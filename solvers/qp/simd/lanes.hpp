@@ -3,6 +3,7 @@
 // For the same reason the kernels call nothing inline from the standard library.
 
 #define SOLENOID_INLINE inline __attribute__((always_inline))
+#define SOLENOID_INLINE_LAMBDA __attribute__((always_inline))
 // Small loops over lanes or rows whose counters choose constants.
 #define SOLENOID_UNROLL _Pragma("GCC unroll 16")
 
@@ -112,19 +113,32 @@ SOLENOID_INLINE Halves<Lanes> where_positive(const Halves<Lanes>& sign, const Ha
   return {where_positive(sign.low, x.low), where_positive(sign.high, x.high)};
 }
 
+template <int count>
+SOLENOID_INLINE double largest_of(const double* x) {
+  if constexpr (count == 1)
+    return x[0];
+  else
+    return larger(largest_of<count / 2>(x), largest_of<count - count / 2>(x + count / 2));
+}
+template <int count>
+SOLENOID_INLINE double sum_of(const double* x) {
+  if constexpr (count == 1)
+    return x[0];
+  else
+    return sum_of<count / 2>(x) + sum_of<count - count / 2>(x + count / 2);
+}
+/// The largest entry or 0, and the sum, by halves: a chain through all lanes would take longer than the loop before it.
 template <int Lanes>
 SOLENOID_INLINE double largest(const V<Lanes>& x) {
-  double all[Lanes], most = 0.0;
+  double all[Lanes];
   store<Lanes>(all, x);
-  for (int i = 0; i < Lanes; ++i) most = larger(most, all[i]);
-  return most;
+  return larger(largest_of<Lanes>(all), 0.0);
 }
 template <int Lanes>
 SOLENOID_INLINE double sum(const V<Lanes>& x) {
-  double all[Lanes], total = 0.0;
+  double all[Lanes];
   store<Lanes>(all, x);
-  for (int i = 0; i < Lanes; ++i) total += all[i];
-  return total;
+  return sum_of<Lanes>(all);
 }
 
 /// 1 in lane `lane` of up to 32, 0 elsewhere: no lane is inserted, which would go through memory.
@@ -136,4 +150,52 @@ constexpr double first_of_many[64] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 
 template <int Lanes>
 SOLENOID_INLINE void unit(V<Lanes>& out, int lane) {
   load<Lanes>(out, one_of_many + 32 - lane);
+}
+
+template <int at>
+struct Constant {
+  constexpr operator int() const { return at; }
+};
+/// what(0), what(1), ... with constants where there are few, so that arrays of vectors live in registers.
+template <int count, int at = 0, class What>
+SOLENOID_INLINE void times(const What& what) {
+  if constexpr (count > 8) {
+    for (int i = 0; i < count; ++i) what(i);
+  } else if constexpr (at < count) {
+    what(Constant<at>{});
+    times<count, at + 1>(what);
+  }
+}
+
+/// The first `Lanes` of `all`.
+template <int Lanes, int all>
+SOLENOID_INLINE V<Lanes> first(const V<all>& x) {
+  if constexpr (Lanes == all) {
+    return x;
+  } else if constexpr (all <= register_lanes) {
+    union {
+      V<all> whole;
+      V<Lanes> part;
+    } either = {x};
+    return either.part;
+  } else if constexpr (Lanes <= V<all>::low_lanes) {
+    return first<Lanes, V<all>::low_lanes>(x.low);
+  } else {
+    double every[all];
+    store<all>(every, x);
+    V<Lanes> out;
+    load<Lanes>(out, every);
+    return out;
+  }
+}
+
+/// Rows become columns.
+template <class Lanes>
+SOLENOID_INLINE void transpose(Lanes (&rows)[4]) {
+  const Lanes a = __builtin_shufflevector(rows[0], rows[1], 0, 4, 2, 6),
+              b = __builtin_shufflevector(rows[0], rows[1], 1, 5, 3, 7),
+              c = __builtin_shufflevector(rows[2], rows[3], 0, 4, 2, 6),
+              d = __builtin_shufflevector(rows[2], rows[3], 1, 5, 3, 7);
+  rows[0] = __builtin_shufflevector(a, c, 0, 1, 4, 5), rows[1] = __builtin_shufflevector(b, d, 0, 1, 4, 5);
+  rows[2] = __builtin_shufflevector(a, c, 2, 3, 6, 7), rows[3] = __builtin_shufflevector(b, d, 2, 3, 6, 7);
 }

@@ -8,6 +8,8 @@ namespace solenoid::qp {
 namespace portable {
 #include "solvers/qp/simd/lanes.hpp"
 //
+#include "solvers/qp/simd/stage_lanes.hpp"
+//
 #include "solvers/qp/simd/riccati_lanes.hpp"
 }  // namespace portable
 

@@ -1,192 +1,109 @@
-// Riccati recursion over stages with compile-time sizes, one row of [x | u] in the lanes of one vector;
-// see lanes.hpp for how this file is included and theory-qp.md, section 4, for the recursion.
+// Riccati recursion over the stages of stage_lanes.hpp; see lanes.hpp for how this file is included and theory-qp.md,
+// section 4, for the recursion.
 
 template <int NX, int NU>
-struct Riccati {
-  static constexpr int W = multiple_of(4, NX + NU), XL = multiple_of(4, NX), UL = multiple_of(4, NU), H = NX + NU;
-  using Row = V<W>;
-  using X = V<XL>;
-  using U = V<UL>;
-
-  /// Clears the lanes beyond the states', which hold the inputs'.
-  static SOLENOID_INLINE void states_only(X& x) {
-    if constexpr (NX < XL) {
-      X mask;
-      load<XL>(mask, first_of_many + 32 - NX);
-      x = mask * x;
-    }
-  }
-
-  /// Gradient of the stage's cost at (x, u), without and with the constraints' share, and its value.
-  static SOLENOID_INLINE double stage_cost(const StagePack& s, int k, const double* x, const double* u, Row& gradient) {
-    Row curved = {};
-    load<W>(gradient, s.gradient + k * W);
-    const auto add = [&](int r, double at) {
-      Row hessian;
-      load<W>(hessian, s.hessian + (k * H + r) * W);
-      curved += at * hessian;
-    };
-    for (int i = 0; i < NX; ++i) add(i, x[i]);
-    for (int j = 0; k < s.stages && j < NU; ++j) add(NX + j, u[j]);
-    alignas(64) double mean[W];
-    store<W>(mean, Row(0.5 * curved + gradient));
-    gradient += curved;
-    double value = 0.0;
-    for (int i = 0; i < NX; ++i) value += x[i] * mean[i];
-    for (int j = 0; k < s.stages && j < NU; ++j) value += u[j] * mean[NX + j];
-    return value;
-  }
-
-  /// A x + B u + c - next.
-  static SOLENOID_INLINE void defect_of(const StagePack& s, int k, const double* x, const double* u, const double* next,
-                                        X& defect) {
-    X column;
-    load<XL>(defect, s.offset + k * XL);
-    load<XL>(column, next);
-    defect -= column;
-    for (int c = 0; c < H; ++c) {
-      load<XL>(column, s.columns + (k * H + c) * XL);
-      defect += (c < NX ? x[c] : u[c - NX]) * column;
-    }
-  }
-
-  static StageResidual residual(const StagePack& s, const double* w, int state_offset, const double* y,
-                                const double* zeta, bool state_rows, double* dual, double* primal) {
-    double objective = 0.0, worst_input = 0.0;
-    X worst = {}, worst_state = {};
-    for (int k = 0; k <= s.stages; ++k) {
-      const double *x = k == 0 ? s.x0 : w + state_offset + (k - 1) * XL, *u = w + k * NU;
-      Row gradient;
-      objective += stage_cost(s, k, x, u, gradient);
-      alignas(64) double g[W];
-      if (k < s.stages) {
-        X defect;
-        defect_of(s, k, x, u, w + state_offset + k * XL, defect);
-        store<XL>(primal + k * XL, defect);
-        raise_magnitude(worst, defect);
-        for (int i = 0; i < NX; ++i) {
-          Row row;
-          load<W>(row, s.rows + (k * NX + i) * W);
-          gradient += y[k * XL + i] * row;
-        }
-      }
-      store<W>(g, gradient);
-      if (k < s.stages) {
-        for (int j = 0; j < NU; ++j) {
-          const double input = g[NX + j] + zeta[k * NU + j];
-          dual[k * NU + j] = input;
-          worst_input = larger(worst_input, input < 0.0 ? -input : input);
-        }
-      }
-      if (k > 0) {
-        X state, own;
-        load<XL>(state, g);
-        states_only(state);
-        load<XL>(own, y + (k - 1) * XL);
-        state -= own;
-        if (state_rows) {
-          load<XL>(own, zeta + state_offset + (k - 1) * XL);
-          state += own;
-        }
-        store<XL>(dual + state_offset + (k - 1) * XL, state);
-        raise_magnitude(worst_state, state);
-      }
-    }
-    return {larger(worst_input, largest<XL>(worst_state)), largest<XL>(worst), objective};
-  }
-
-  /// Adds sum_j a[j * apart] b_j to two sums, b_j the rows of b; sharing each of these halves the loads.
-  template <int L, int count>
-  static SOLENOID_INLINE void add_products(V<L>& sum, V<L>& other, const double* a, const double* a_other, int apart,
-                                           const double* b) {
-    SOLENOID_UNROLL
-    for (int j = 0; j < count; ++j) {
-      V<L> row;
-      load<L>(row, b + j * W);
-      sum += a[j * apart] * row;
-      other += a_other[j * apart] * row;
-    }
-  }
-
-  /// Sums for rows 0 .. rows - 1, two at a time: begin(r, sum), add(sum, r, other, r + 1), end(r, sum).
-  template <int L, int rows, class Begin, class Add, class End>
-  static SOLENOID_INLINE void in_pairs(Begin begin, Add add, End end) {
-    for (int r = 0; r < rows; r += 2) {
-      const int second = r + 1 < rows ? r + 1 : r;
-      V<L> sum, other;
-      begin(r, sum), begin(second, other);
-      add(sum, r, other, second);
-      end(r, sum);
-      if (second > r) end(second, other);
-    }
-  }
+struct Riccati : Stages<NX, NU> {
+  using All = Stages<NX, NU>;
+  using All::W, All::XL, All::UL, All::H, All::states_only;
+  using typename All::Row, typename All::X, typename All::U;
+  static constexpr bool transposes = NX == 4 && UL == 4 && register_lanes >= 4;
 
   /// One stage of the recursion on its way.
   struct alignas(64) Stage {
-    double t[NX][W];       ///< P M
-    double input[NU][W];   ///< the inputs' rows of F, eliminated up to their pivots
-    double scaled[NU][W];  ///< - the same over the pivots: rows of a unit triangle
-    double pivot[NU];      ///< 1 / pivot
+    double input[NU][W];    ///< the inputs' rows of F
+    double left[NU][XL];    ///< their states' part with the inputs before eliminated
+    double scaled[NU][XL];  ///< - the same over the pivots
+    double pivot[NU];       ///< 1 / pivot
+    double above[NU][NU];   ///< above the diagonal: - unit triangle of F_uu
+    X curved[NX];           ///< the states' rows of F, before the inputs are eliminated
   };
 
-  /// T = P M, then the inputs' rows of F = H + M'T, and their elimination from each other.
-  static SOLENOID_INLINE bool eliminate_inputs(const StagePack& s, const RiccatiPack& f, int k, const double* weight,
-                                               double shift, Stage& at) {
+  /// F = H + M'P M: the inputs' rows whole, of the states' what concerns states. state_weight(i) goes on the diagonal.
+  template <class Weight>
+  static SOLENOID_INLINE void form(const StagePack& s, const RiccatiPack& f, int k, const double* weight,
+                                   Weight state_weight, double shift, Stage& at) {
     const double *rows = s.rows + k * NX * W, *p = f.value + (k + 1) * NX * XL, *hessian = s.hessian + k * H * W;
-    in_pairs<W, NX>([](int, Row& sum) { sum = Row{}; },
-                    [&](Row& sum, int r, Row& other, int second) {
-                      add_products<W, NX>(sum, other, p + r * XL, p + second * XL, 1, rows);
-                    },
-                    [&](int r, const Row& sum) { store<W>(at.t[r], sum); });
-    in_pairs<W, NU>(
-        [&](int j, Row& sum) {
-          unit<W>(sum, NX + j);
-          Row own;
-          load<W>(own, hessian + (NX + j) * W);
-          sum = own + (weight[k * NU + j] + shift) * sum;
-        },
-        [&](Row& sum, int j, Row& other, int second) {
-          add_products<W, NX>(sum, other, rows + NX + j, rows + NX + second, W, at.t[0]);
-        },
-        [&](int j, const Row& sum) { store<W>(at.input[j], sum); });
+    Row t[NX];  // P M
+    times<NX>([&](auto i) SOLENOID_INLINE_LAMBDA {
+      Row even = {}, odd = {};
+      times<NX>([&](auto c) SOLENOID_INLINE_LAMBDA {
+        Row row;
+        load<W>(row, rows + c * W);
+        if (c % 2 == 0)
+          even += p[i * XL + c] * row;
+        else
+          odd += p[i * XL + c] * row;
+      });
+      t[i] = even + odd;
+    });
+    times<NU>([&](auto j) SOLENOID_INLINE_LAMBDA {
+      Row own, sum;
+      unit<W>(sum, NX + j);
+      load<W>(own, hessian + (NX + j) * W);
+      sum = own + (weight[k * NU + j] + shift) * sum;
+      times<NX>([&](auto c) SOLENOID_INLINE_LAMBDA { sum += rows[c * W + NX + j] * t[c]; });
+      store<W>(at.input[j], sum);
+    });
+    if (k == 0) return;
+    times<NX>([&](auto i) SOLENOID_INLINE_LAMBDA {
+      X own, sum;
+      unit<XL>(sum, i);
+      load<XL>(own, hessian + i * W);
+      sum = own + state_weight(i) * sum;
+      times<NX>([&](auto c) SOLENOID_INLINE_LAMBDA { sum += rows[c * W + i] * first<XL, W>(t[c]); });
+      at.curved[i] = sum;
+    });
+  }
+
+  /// F_uu = L D L': pivots and triangle. False where a pivot is not positive.
+  static SOLENOID_INLINE bool eliminate(Stage& at) {
+    double a[NU][NU];
+    SOLENOID_UNROLL
+    for (int j = 0; j < NU; ++j) SOLENOID_UNROLL
+    for (int l = j; l < NU; ++l) a[j][l] = at.input[j][NX + l];
     bool positive = true;
+    if constexpr (NU == 3) {
+      // By minors, whose divisions need not wait for each other: a stage is as long as its chain of dependences.
+      const double b11 = a[0][0] * a[1][1] - a[0][1] * a[0][1], b12 = a[0][0] * a[1][2] - a[0][1] * a[0][2],
+                   b22 = a[0][0] * a[2][2] - a[0][2] * a[0][2], c = b11 * b22 - b12 * b12;
+      const double inverse0 = 1.0 / a[0][0], inverse1 = 1.0 / b11;
+      at.pivot[0] = inverse0, at.pivot[1] = a[0][0] * inverse1, at.pivot[2] = a[0][0] * b11 / c;
+      at.above[0][1] = -a[0][1] * inverse0, at.above[0][2] = -a[0][2] * inverse0, at.above[1][2] = -b12 * inverse1;
+      return a[0][0] > 0.0 && b11 > 0.0 && c > 0.0;
+    }
+    SOLENOID_UNROLL
     for (int j = 0; j < NU; ++j) {
-      positive &= at.input[j][NX + j] > 0.0;
-      at.pivot[j] = 1.0 / at.input[j][NX + j];
-      Row row;
-      load<W>(row, at.input[j]);
-      const Row scaled = -at.pivot[j] * row;
-      store<W>(at.scaled[j], scaled);
+      positive &= a[j][j] > 0.0;
+      at.pivot[j] = 1.0 / a[j][j];
+      SOLENOID_UNROLL
       for (int l = j + 1; l < NU; ++l) {
-        Row later;
-        load<W>(later, at.input[l]);
-        later += at.input[j][NX + l] * scaled;
-        store<W>(at.input[l], later);
+        at.above[j][l] = -at.pivot[j] * a[j][l];
+        SOLENOID_UNROLL
+        for (int m = l; m < NU; ++m) a[l][m] += at.above[j][l] * a[j][m];
       }
     }
     return positive;
   }
 
-  /// The next value function: the states' rows of F with the inputs eliminated. state_weight(i) goes on the diagonal.
-  template <class Weight>
-  static SOLENOID_INLINE void reduce_states(const StagePack& s, const RiccatiPack& f, int k, Weight state_weight,
-                                            const Stage& at) {
-    const double *rows = s.rows + k * NX * W, *hessian = s.hessian + k * H * W;
-    in_pairs<XL, NX>(
-        [&](int i, X& sum) {
-          unit<XL>(sum, i);
-          X own;
-          load<XL>(own, hessian + i * W);
-          sum = own + state_weight(i) * sum;
-        },
-        [&](X& sum, int i, X& other, int second) {
-          add_products<XL, NX>(sum, other, rows + i, rows + second, W, at.t[0]);
-          add_products<XL, NU>(sum, other, at.input[0] + i, at.input[0] + second, W, at.scaled[0]);
-        },
-        [&](int i, X& sum) {
-          states_only(sum);
-          store<XL>(f.value + (k * NX + i) * XL, sum);
-        });
+  /// The next value function: the states' rows of F with the inputs eliminated.
+  static SOLENOID_INLINE void reduce(const RiccatiPack& f, int k, Stage& at) {
+    X left[NU], scaled[NU];
+    times<NU>([&](auto j) SOLENOID_INLINE_LAMBDA {
+      load<XL>(left[j], at.input[j]);
+      times<NU>([&](auto q) SOLENOID_INLINE_LAMBDA {
+        if (q < j) left[j] += at.above[q][j] * left[q];
+      });
+      store<XL>(at.left[j], left[j]);
+      scaled[j] = -at.pivot[j] * left[j];
+      store<XL>(at.scaled[j], scaled[j]);
+    });
+    if (k == 0) return;
+    times<NX>([&](auto i) SOLENOID_INLINE_LAMBDA {
+      X sum = at.curved[i];
+      times<NU>([&](auto j) SOLENOID_INLINE_LAMBDA { sum += at.left[j][i] * scaled[j]; });
+      states_only(sum);
+      store<XL>(f.value + (k * NX + i) * XL, sum);
+    });
   }
 
   /// Back substitution of the unit triangle: gains in closed form, and the inverse for right-hand sides.
@@ -199,7 +116,7 @@ struct Riccati {
       for (int l = j + 1; l < NU; ++l) {
         double total = 0.0;
         SOLENOID_UNROLL
-        for (int q = j; q < l; ++q) total += upper[j][q] * at.scaled[q][NX + l];
+        for (int q = j; q < l; ++q) total += upper[j][q] * at.above[q][l];
         upper[j][l] = total;
       }
     }
@@ -216,7 +133,8 @@ struct Riccati {
       states_only(gain);
       double* kept = f.gain + (k * NU + j) * XL;
       store<XL>(kept, gain);
-      for (int c = 0; c < NX; ++c) f.gain_t[(k * NX + c) * UL + j] = kept[c];
+      if constexpr (!transposes)
+        for (int c = 0; c < NX; ++c) f.gain_t[(k * NX + c) * UL + j] = kept[c];
       SOLENOID_UNROLL
       for (int l = 0; l < NU; ++l) {
         double total = 0.0;
@@ -271,21 +189,37 @@ struct Riccati {
   /// A - B K by rows and by columns.
   static SOLENOID_INLINE void close_loop(const StagePack& s, const RiccatiPack& f, int k) {
     const double *rows = s.rows + k * NX * W, *columns = s.columns + k * H * XL, *gain = f.gain + k * NU * XL;
-    for (int i = 0; i < NX; ++i) {
+    X gains[NU], inputs[NU];
+    times<NU>([&](auto j) SOLENOID_INLINE_LAMBDA {
+      load<XL>(gains[j], gain + j * XL);
+      load<XL>(inputs[j], columns + (NX + j) * XL);
+    });
+    if constexpr (transposes) {
+      X closed[4], turned[4] = {};
+      times<NU>([&](auto j) SOLENOID_INLINE_LAMBDA { turned[j] = gains[j]; });
+      transpose(turned);
+      times<NX>([&](auto i) SOLENOID_INLINE_LAMBDA { store<UL>(f.gain_t + (k * NX + i) * UL, turned[i]); });
+      times<NX>([&](auto i) SOLENOID_INLINE_LAMBDA {
+        load<XL>(closed[i], rows + i * W);
+        times<NU>([&](auto j) SOLENOID_INLINE_LAMBDA { closed[i] -= rows[i * W + NX + j] * gains[j]; });
+        store<XL>(f.closed_rows + (k * NX + i) * XL, closed[i]);
+      });
+      transpose(closed);
+      times<NX>([&](auto i) SOLENOID_INLINE_LAMBDA { store<XL>(f.closed_columns + (k * NX + i) * XL, closed[i]); });
+      return;
+    }
+    times<NX>([&](auto i) SOLENOID_INLINE_LAMBDA {
       X row, column;
       load<XL>(row, rows + i * W);
       load<XL>(column, columns + i * XL);
-      for (int j = 0; j < NU; ++j) {
-        X gains, input;
-        load<XL>(gains, gain + j * XL);
-        load<XL>(input, columns + (NX + j) * XL);
-        row -= rows[i * W + NX + j] * gains;
-        column -= gain[j * XL + i] * input;
-      }
+      times<NU>([&](auto j) SOLENOID_INLINE_LAMBDA {
+        row -= rows[i * W + NX + j] * gains[j];
+        column -= gain[j * XL + i] * inputs[j];
+      });
       states_only(row);
       store<XL>(f.closed_rows + (k * NX + i) * XL, row);
       store<XL>(f.closed_columns + (k * NX + i) * XL, column);
-    }
+    });
   }
 
   /// The recursion backwards, with a first right-hand side (g, e).
@@ -302,31 +236,16 @@ struct Riccati {
     }
     for (int k = s.stages - 1; k >= 0; --k) {
       Stage at;
-      positive &= eliminate_inputs(s, f, k, weight, shift, at);
       const double* states = weight + state_offset + (k - 1) * XL;
-      if (k > 0)
-        reduce_states(
-            s, f, k, [&](int i) { return shift + (state_rows ? states[i] : 0.0); }, at);
+      form(
+          s, f, k, weight, [&](int i) { return shift + (state_rows ? states[i] : 0.0); }, shift, at);
+      positive &= eliminate(at);
+      reduce(f, k, at);
       store_gains(f, k, at);
       reduce_gradient(s, f, k, g + state_offset + (k - 1) * XL, g + k * NU, e + k * XL);
+      close_loop(s, f, k);
     }
-    for (int k = 0; k < s.stages; ++k) close_loop(s, f, k);
     return positive;
-  }
-
-  /// out + x[0] m_0 + x[1] m_1 + ..., in two chains of sums; m has XL lanes a row.
-  static SOLENOID_INLINE void apply(X& out, const X& x, const double* m) {
-    X odd = {};
-    SOLENOID_UNROLL
-    for (int i = 0; i < NX; ++i) {
-      X row;
-      load<XL>(row, m + i * XL);
-      if (i % 2 == 0)
-        out += x[i] * row;
-      else
-        odd += x[i] * row;
-    }
-    out += odd;
   }
 
   /// Costates and feedforward of another right-hand side. Only p_k = q_k + (A - B K)' (p_k+1 + P e) waits for the stage
@@ -357,7 +276,7 @@ struct Riccati {
       store<XL>(f.moved + k * XL, moved);
       if (k == 1) break;
       load<XL>(next, f.costate + (k - 1) * XL);
-      apply(next, moved, f.closed_rows + (k - 1) * NX * XL);
+      All::apply(next, moved, f.closed_rows + (k - 1) * NX * XL);
       store<XL>(f.costate + (k - 1) * XL, next);
       p = next;
     }
@@ -392,7 +311,7 @@ struct Riccati {
     for (int k = 1; k < s.stages; ++k) {
       X next;
       load<XL>(next, dw + state_offset + k * XL);
-      apply(next, x, f.closed_columns + k * NX * XL);
+      All::apply(next, x, f.closed_columns + k * NX * XL);
       store<XL>(dw + state_offset + k * XL, next);
       x = next;
     }
@@ -405,6 +324,8 @@ struct Riccati {
         input += dw[state_offset + (k - 1) * XL + c] * column;
       }
       for (int j = 0; j < NU; ++j) dw[k * NU + j] = -input[j];
+    }
+    for (int k = 0; dy != nullptr && k < s.stages; ++k) {
       X multiplier;
       load<XL>(multiplier, f.costate + (k + 1) * XL);
       for (int i = 0; i < NX; ++i) {
@@ -418,6 +339,7 @@ struct Riccati {
 };
 
 template <int NX, int NU>
-constexpr RiccatiKernels riccati_table = {Riccati<NX, NU>::XL,       Riccati<NX, NU>::UL,     Riccati<NX, NU>::W,
-                                          Riccati<NX, NU>::residual, Riccati<NX, NU>::factor, Riccati<NX, NU>::backward,
-                                          Riccati<NX, NU>::forward};
+constexpr RiccatiKernels riccati_table = {
+    Riccati<NX, NU>::XL,       Riccati<NX, NU>::UL,       Riccati<NX, NU>::W,
+    Riccati<NX, NU>::simulate, Riccati<NX, NU>::costates, Riccati<NX, NU>::residual,
+    Riccati<NX, NU>::factor,   Riccati<NX, NU>::backward, Riccati<NX, NU>::forward};
