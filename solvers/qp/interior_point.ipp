@@ -150,6 +150,7 @@ void InteriorPoint<Kkt>::take_residuals(Kkt& kkt) noexcept {
   const Residual before = at_;
   at_ = kkt.residual(w, y, rows.zeta, r_d_, r_p_);
   const bool short_of_digits = at_.dual > left * before.dual + floor || at_.primal > left * before.primal + floor;
+  if (short_of_digits && refinements_ == settings_.refinement_steps) kkt.stiffen();
   refinements_ =
       short_of_digits ? std::min(refinements_ + 1, settings_.refinement_steps) : std::max(refinements_ - 1, 0);
   follow_ = kkt.exact_steps() && !short_of_digits;

@@ -43,7 +43,10 @@ class RiccatiKkt {
   bool exact_steps() const { return !state_bounds_; }
   static constexpr int least_refinements = 0;
   void adapt(double) noexcept {}  // what the inputs of a control problem cost bends them
-  void stiffen() noexcept { shift_ *= 100.0; }
+  void stiffen() noexcept {
+    constexpr double most = 1e-3;  // beyond this it would be another problem that is convex
+    shift_ = std::min(100.0 * shift_, most);
+  }
   /// Inputs are eliminated exactly; a held state would be a constraint across stages, beyond the recursion.
   bool can_hold(const signed char* side) const noexcept {
     return std::all_of(side + states_at_, side + std::max(states_at_, row_size()),
@@ -71,6 +74,7 @@ class RiccatiKkt {
 
   void take(const double* r_d, const double* r_p, const double* h) noexcept;
   void adjoint(const double* g, const double* dw, double* dy) const noexcept;
+  double least_curvature(const Problem& problem) const noexcept;
   void load_stage(const Problem& problem, int k) noexcept;
   template <int size>
   static auto piece(double* from) {

@@ -36,11 +36,25 @@ void RiccatiKkt<NX, NU>::setup(const Problem& problem, const Settings& settings)
   for (double** array : {&r_p_, &dy_}) *array = memory_.carve(dual_size());
 }
 
+/// Of the inputs' own cost, at most 1: what the shift adds must stay small beside it. 1 where one costs nothing, and only
+/// the shift may bend it.
+template <int NX, int NU>
+double RiccatiKkt<NX, NU>::least_curvature(const Problem& problem) const noexcept {
+  double least = 1.0;
+  for (int k = 0; k < stages_; ++k)
+    for (int j = 0; j < NU; ++j) {
+      const double own = problem.stages[static_cast<std::size_t>(k)].r_matrix(j, j);
+      if (!(own > 0.0)) return 1.0;
+      least = std::min(least, own);
+    }
+  return least;
+}
+
 template <int NX, int NU>
 bool RiccatiKkt<NX, NU>::load(const Problem& problem) noexcept {
   if (problem.horizon() != stages_ || problem.state_bounds != state_bounds_) return false;
   problem_ = &problem;
-  shift_ = first_shift_;
+  shift_ = first_shift_ * least_curvature(problem);
   const auto& first = problem.stages[0];
   constant_ = problem.x0.dot(0.5 * first.q_matrix * problem.x0 + first.q);
   for (int i = 0; i < NX; ++i) pack_.x0[i] = problem.x0[i];

@@ -9,6 +9,7 @@ extern "C" {  // ldl.h, unlike its siblings, leaves this to C++ callers
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 
 namespace solenoid::qp {
 namespace {
@@ -88,6 +89,7 @@ void SparseKkt::setup(const SparseQp& problem, const Settings& settings) {
   assemble_pattern();
   top_.assign(at(primal_size()), 0.0), middle_.assign(at(dual_size()), 0.0), bottom_.assign(at(m_), 0.0);
   nu_g_.assign(at(m_), 0.0), rhs_.assign(at(n_ + p_ + m_), 0.0), correction_.assign(at(m_), 0.0);
+  step_top_ = top_, step_middle_ = middle_, step_bottom_ = correction_;
 }
 
 /// Upper triangle of the KKT matrix in natural order (columns: variables, equalities, inequalities), then ordered.
@@ -381,31 +383,48 @@ void SparseKkt::solve_once(double* top, double* middle, double* bottom) noexcept
   for (int i = 0; i < m_; ++i) bottom[i] = rhs_[at(inverse_[at(n_ + p_ + i)])];
 }
 
+/// What (dw, dy, nu of G) leave of the system without its dual shifts, negated, into top_, middle_ and correction_;
+/// returns the largest entry.
+double SparseKkt::defect(const double* r_d, const double* r_p, const double* h, const double* dw,
+                         const double* dy) noexcept {
+  const double *weight_g = weight_ + primal_size(), *h_g = h + primal_size();
+  for (int j = 0; j < n_; ++j) top_[at(j)] = r_d[j] + h[j] + (weight_[j] + primal_shift_) * dw[j];
+  multiply_hessian(dw, top_.data());
+  equality_.multiply_transposed(dy, top_.data());
+  inequality_.multiply_transposed(nu_g_.data(), top_.data());
+  std::copy_n(r_p, p_, middle_.begin());
+  equality_.multiply(dw, middle_.data());
+  for (int i = 0; i < m_; ++i) correction_[at(i)] = (h_g[i] - nu_g_[at(i)]) / std::max(weight_g[i], weightless);
+  inequality_.multiply(dw, correction_.data());
+  double most = 0.0;
+  for (auto* part : {&top_, &middle_, &correction_})
+    for (double& value : *part) most = std::max(most, std::abs(value)), value = -value;
+  return most;
+}
+
 void SparseKkt::solve(const double* r_d, const double* r_p, const double* h, double* dw, double* dy, double* nu,
                       int refinements) noexcept {
   const double *weight_g = weight_ + primal_size(), *h_g = h + primal_size();
-  const auto compliance = [&](int i) { return 1.0 / std::max(weight_g[i], weightless); };
   for (int j = 0; j < n_; ++j) dw[j] = -(r_d[j] + h[j]);
   for (int i = 0; i < p_; ++i) dy[i] = -r_p[i];
-  for (int i = 0; i < m_; ++i) nu_g_[at(i)] = -h_g[i] * compliance(i);
+  for (int i = 0; i < m_; ++i) nu_g_[at(i)] = -h_g[i] / std::max(weight_g[i], weightless);
   solve_once(dw, dy, nu_g_.data());
-  // Refined against the matrix without its dual shifts: equalities come out exact where they are consistent.
-  for (int step = 0; step < refinements; ++step) {
-    for (int j = 0; j < n_; ++j) top_[at(j)] = r_d[j] + h[j] + (weight_[j] + primal_shift_) * dw[j];
-    multiply_hessian(dw, top_.data());
-    equality_.multiply_transposed(dy, top_.data());
-    inequality_.multiply_transposed(nu_g_.data(), top_.data());
-    std::copy_n(r_p, p_, middle_.begin());
-    equality_.multiply(dw, middle_.data());
-    for (int i = 0; i < m_; ++i) correction_[at(i)] = (h_g[i] - nu_g_[at(i)]) * compliance(i);
-    inequality_.multiply(dw, correction_.data());
-    for (double& value : top_) value = -value;
-    for (double& value : middle_) value = -value;
-    for (double& value : correction_) value = -value;
-    solve_once(top_.data(), middle_.data(), correction_.data());
-    for (int j = 0; j < n_; ++j) dw[j] += top_[at(j)];
-    for (int i = 0; i < p_; ++i) dy[i] += middle_[at(i)];
-    for (int i = 0; i < m_; ++i) nu_g_[at(i)] += correction_[at(i)];
+  // Refined against the matrix without its dual shifts, equalities come out exact where they are consistent; but a
+  // factor that has lost too many digits makes it worse.
+  const auto correct = [&](double by) {
+    for (int j = 0; j < n_; ++j) dw[j] += by * step_top_[at(j)];
+    for (int i = 0; i < p_; ++i) dy[i] += by * step_middle_[at(i)];
+    for (int i = 0; i < m_; ++i) nu_g_[at(i)] += by * step_bottom_[at(i)];
+  };
+  double left = refinements > 0 ? defect(r_d, r_p, h, dw, dy) : 0.0;
+  for (int step = 0; step < refinements && left > 0.0; ++step) {
+    step_top_ = top_, step_middle_ = middle_, step_bottom_ = correction_;
+    solve_once(step_top_.data(), step_middle_.data(), step_bottom_.data());
+    correct(1.0);
+    const double before = std::exchange(left, defect(r_d, r_p, h, dw, dy));
+    if (left < before) continue;
+    correct(-1.0);
+    break;
   }
   if (nu == nullptr) return;
   for (int j = 0; j < n_; ++j) nu[j] = weight_[j] * dw[j] + h[j];
@@ -443,28 +462,35 @@ Ray SparseKkt::primal_ray(const double* y, const double* zeta, const Rows& rows)
 }
 
 Ray SparseKkt::dual_ray(const double* w, const Rows& rows) noexcept {
-  double largest = 0.0, slope = 0.0, error = 0.0;
+  double slope = 0.0;
+  struct {
+    double largest = 0.0, error = 0.0;
+  } own, scaled;  // in the problem's units and in the solver's, where a flat direction is no matter of small units
   std::fill(top_.begin(), top_.end(), 0.0);
   std::fill(middle_.begin(), middle_.end(), 0.0);
   std::fill(bottom_.begin(), bottom_.end(), 0.0);
   multiply_hessian(w, top_.data());
   equality_.multiply(w, middle_.data());
   inequality_.multiply(w, bottom_.data());
+  const auto violates = [&](double by, double unit) {
+    own.error = std::max(own.error, by * unit), scaled.error = std::max(scaled.error, by);
+  };
   const auto row = [&](int i, double value, double unit) {
-    if (rows.fixed[i] > 0.0) error = std::max(error, std::abs(value) * unit);
-    if (rows.mask_l[i] > 0.0) error = std::max(error, -value * unit);
-    if (rows.mask_u[i] > 0.0) error = std::max(error, value * unit);
+    if (rows.fixed[i] > 0.0) violates(std::abs(value), unit);
+    if (rows.mask_l[i] > 0.0) violates(-value, unit);
+    if (rows.mask_u[i] > 0.0) violates(value, unit);
   };
   for (int j = 0; j < n_; ++j) {
-    largest = std::max(largest, std::abs(w[j]) * column_scale_[at(j)]);
+    own.largest = std::max(own.largest, std::abs(w[j]) * column_scale_[at(j)]);
+    scaled.largest = std::max(scaled.largest, std::abs(w[j]));
     slope += c_[at(j)] * w[j];
-    error = std::max(error, std::abs(top_[at(j)]) / column_scale_[at(j)]);
+    violates(std::abs(top_[at(j)]), 1.0 / column_scale_[at(j)]);
     row(j, w[j], column_scale_[at(j)]);
   }
-  for (int i = 0; i < p_; ++i) error = std::max(error, std::abs(middle_[at(i)]) / equality_scale_[at(i)]);
+  for (int i = 0; i < p_; ++i) violates(std::abs(middle_[at(i)]), 1.0 / equality_scale_[at(i)]);
   for (int i = 0; i < m_; ++i) row(primal_size() + i, bottom_[at(i)], 1.0 / row_scale_[at(i)]);
-  if (!(largest > 0.0)) return {1.0, 0.0};
-  return {error / largest, slope / largest};
+  if (!(own.largest > 0.0)) return {1.0, 0.0};
+  return {std::max(own.error / own.largest, scaled.error / scaled.largest), slope / own.largest};
 }
 
 void SparseKkt::unpack(const double* w, const double* y, const double* zeta, SparseSolution& solution) const noexcept {

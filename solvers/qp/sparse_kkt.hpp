@@ -71,6 +71,7 @@ class SparseKkt {
   void equilibrate() noexcept;
   void scatter() noexcept;
   void multiply_hessian(const double* w, double* out) const noexcept;
+  double defect(const double* r_d, const double* r_p, const double* h, const double* dw, const double* dy) noexcept;
   void solve_once(double* top, double* middle, double* bottom) noexcept;
 
   int n_ = 0, p_ = 0, m_ = 0;
@@ -87,6 +88,7 @@ class SparseKkt {
   std::vector<int> start_, row_, l_start_, parent_, count_, flag_, pattern_, l_row_;
   std::vector<double> values_, base_, l_values_, pivot_, inverse_pivot_, work_, rhs_;
   std::vector<double> top_, middle_, bottom_, nu_g_, correction_;
+  std::vector<double> step_top_, step_middle_, step_bottom_;  // of a refinement
 };
 
 }  // namespace solenoid::qp

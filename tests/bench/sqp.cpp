@@ -24,8 +24,9 @@ double quantile(std::vector<double> values, double q) {
 }
 
 void print(const char* name, const std::vector<double>& values) {
-  std::printf("%-44s median %7.1f  p99 %7.1f  worst %7.1f us\n", name, quantile(values, 0.5), quantile(values, 0.99),
-              quantile(values, 1.0));
+  const double median = quantile(values, 0.5), worst = quantile(values, 1.0);
+  std::printf("%-44s median %7.1f  p99 %7.1f  worst %7.1f us (%.2f x median)\n", name, median, quantile(values, 0.99),
+              worst, worst / median);
 }
 
 struct Iteration {

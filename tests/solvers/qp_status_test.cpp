@@ -1,6 +1,7 @@
 // One test a status: what provokes it, and what the solution then holds.
 #include "solvers/qp/kkt_error.hpp"
 #include "solvers/qp/ocp_solver.hpp"
+#include "solvers/qp/ocp_to_sparse.hpp"
 #include "solvers/qp/sparse_solver.hpp"
 #include "tests/support/random_qp.hpp"
 
@@ -95,6 +96,96 @@ TEST(QpStatus, AGapHoweverNarrowIsTold) {
     EXPECT_EQ(to_string(outcome.info.status), gap > 0 ? "primal_infeasible" : "optimal");
     EXPECT_EQ(proves_infeasible(problem, outcome.solution, 1e-7), gap > 0);
   }
+}
+
+/// x_1 = u within limits on u and x_1 that meet in `meet` or miss each other by `gap`.
+OcpQp<1, 1> one_step(double meet, double gap) {
+  OcpQp<1, 1> problem(1, true);
+  problem.stages[0].b(0, 0) = problem.stages[0].r_matrix(0, 0) = 1.0;
+  problem.stages[0].r[0] = -4.0;
+  problem.stages[0].u_lower[0] = meet + gap;
+  problem.stages[1].x_upper[0] = meet;
+  return problem;
+}
+
+TEST(QpStatus, AGapBetweenInputAndStateIsTold) {
+  for (const double meet : {0.0, 0.5, 10.0})
+    for (const double gap : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 0.0}) {
+      SCOPED_TRACE(testing::Message() << "limits of " << meet << " and a gap of " << gap);
+      const OcpQp<1, 1> problem = one_step(meet, gap);
+      OcpSolver<1, 1> solver;
+      solver.setup(problem);
+      OcpSolution<1, 1> solution(1);
+      const Info info = solver.solve(problem, solution);
+      EXPECT_EQ(to_string(info.status), gap > 0.0 ? "primal_infeasible" : "optimal");
+      const SparseQp flat = to_sparse(problem);
+      SparseSolution ray(flat);
+      ray.y << solution.y[0];
+      ray.z_box << solution.zu[0], solution.zx[1];
+      EXPECT_EQ(proves_infeasible(flat, ray, 1e-7), gap > 0.0);
+      if (gap == 0.0) {
+        EXPECT_LE(kkt_error(problem, solution).largest(), 1e-7);
+        EXPECT_NEAR(solution.u[0][0], meet, 1e-7);
+      }
+    }
+}
+
+TEST(QpStatus, AGapBetweenSumsFarFromTheOriginIsTold) {
+  for (const double gap : {1e-2, 1e-3, 1e-4}) {
+    SCOPED_TRACE(gap);
+    SparseQp problem(2, 0, 2);
+    problem.p_matrix.setIdentity();
+    for (const int row : {0, 1})
+      for (const int column : {0, 1}) problem.g_matrix.insert(row, column) = 1.0;
+    problem.g_lower << -HUGE_VAL, 1000.0 + gap;
+    problem.g_upper << 1000.0, HUGE_VAL;
+    const Outcome outcome = run(problem);
+    EXPECT_EQ(to_string(outcome.info.status), "primal_infeasible");
+    EXPECT_TRUE(proves_infeasible(problem, outcome.solution, 1e-7));
+  }
+}
+
+/// A feasible set of one point, (0.5, 0.5), however flat its certificate of the opposite looks (osqp/osqp#485, #255, #2).
+TEST(QpStatus, AFeasibleSetOfOnePointIsFeasible) {
+  for (const bool as_rows : {false, true})
+    for (const bool curved : {false, true}) {
+      SCOPED_TRACE(testing::Message() << "rows " << as_rows << " curved " << curved);
+      SparseQp problem(2, 0, as_rows ? 3 : 1);
+      if (curved) problem.p_matrix.insert(0, 0) = problem.p_matrix.insert(1, 1) = 2.0;
+      problem.c << -4.0, 2.0;
+      problem.g_matrix.insert(0, 0) = problem.g_matrix.insert(0, 1) = 1.0;
+      problem.g_upper[0] = 1.0;
+      if (as_rows) {
+        problem.g_matrix.insert(1, 0) = problem.g_matrix.insert(2, 1) = 1.0;
+        problem.g_lower.tail<2>().setConstant(0.5);
+      } else {
+        problem.lower.setConstant(0.5);
+      }
+      const Outcome outcome = run(problem);
+      EXPECT_EQ(to_string(outcome.info.status), "optimal");
+      EXPECT_NEAR(outcome.info.objective, curved ? -0.5 : -1.0, 1e-6);
+      EXPECT_LE(kkt_error(problem, outcome.solution).largest(), 1e-7);
+    }
+}
+
+TEST(QpStatus, EqualitiesWithoutACostOrWithoutRoomHaveTheirSolution) {
+  SparseQp free(3, 2, 0);
+  free.a_matrix.insert(0, 0) = free.a_matrix.insert(0, 1) = 1.0;
+  free.a_matrix.insert(1, 1) = free.a_matrix.insert(1, 2) = 1.0;
+  free.b << 2.0, 3.0;
+  const Outcome any = run(free);
+  EXPECT_EQ(to_string(any.info.status), "optimal");
+  EXPECT_LE(kkt_error(free, any.solution).largest(), 1e-7);
+
+  SparseQp simplex(3, 1, 0);  // shrunk to a point by its own bounds
+  simplex.p_matrix.setIdentity();
+  for (const int column : {0, 1, 2}) simplex.a_matrix.insert(0, column) = 1.0;
+  simplex.b[0] = 0.3;
+  simplex.lower.setConstant(0.1), simplex.upper.setConstant(1.0);
+  const Outcome point = run(simplex);
+  EXPECT_EQ(to_string(point.info.status), "optimal");
+  EXPECT_NEAR(point.info.objective, 0.015, 1e-7);
+  EXPECT_LE(kkt_error(simplex, point.solution).largest(), 1e-7);
 }
 
 TEST(QpStatus, DualInfeasible) {
