@@ -132,6 +132,12 @@ class DescribedSystem final : private DescribedParts, public ModelSystem<M> {
     for (const ModelDescription::Input& input : said().inputs) most.push_back(input.most);
     return most;
   }
+  /// As the description has them.
+  std::vector<StateRange> state_ranges(const VariantConfig&) const override {
+    std::vector<StateRange> ranges;
+    for (const ModelDescription::State& state : said().states) ranges.push_back({state.low, state.high});
+    return ranges;
+  }
   LadderSettings ladder(const VariantConfig&) const override { return DescribedParts::ladder(); }
   M model(const VariantConfig& v) const override {
     return M(std::span<const double>(v.own.as<DescribedVariant>().parameters));

@@ -8,11 +8,17 @@
 #include "core/safety/limits.hpp"
 #include "core/system/description.hpp"
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
 
 namespace solenoid {
+
+/// Where a state can be.
+struct StateRange {
+  double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
+};
 
 /// A plant with switched inputs, as whoever makes controllers for it asks: its description, what a variant of it may
 /// say, and what that becomes. A system derives from this and is registered (registered_systems.hpp); how it is
@@ -68,6 +74,11 @@ class System {
   ModeSet modes(const VariantConfig& variant) const;
   /// The most that each continuous input may be.
   virtual std::vector<double> continuous_limits(const VariantConfig& /*variant*/) const { return {}; }
+  /// The set of states that a variant's controller is for, a range of each: what its certificate covers. A state of which
+  /// the system does not say it has an infinite one.
+  virtual std::vector<StateRange> state_ranges(const VariantConfig& /*variant*/) const {
+    return std::vector<StateRange>(description_.states.size());
+  }
   /// The problem that a variant poses in each period, without state and reference.
   virtual std::unique_ptr<AnyProblem> problem(const VariantConfig& variant) const = 0;
   /// Of the model that the variant believes.

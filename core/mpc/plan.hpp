@@ -58,7 +58,7 @@ struct SolveWork {
 /// The most work that a solve can take, whatever is asked (AnySolver::most_work).
 struct MostWork {
   SolveWork solve;  ///< of a solve to its end
-  SolveWork late;   ///< between two looks at the clock: so much may follow a deadline
+  SolveWork late;   ///< after its deadline: between two looks at the clock, and to conclude
 };
 
 /// How it went. bound <= optimum <= cost at every status for which the plan is usable.

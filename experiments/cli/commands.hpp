@@ -26,6 +26,7 @@ void add_check(CLI::App& app, int& exit_code);
 void add_report(CLI::App& app, int& exit_code);
 void add_scaling(CLI::App& app, int& exit_code);
 void add_profile(CLI::App& app, int& exit_code);
+void add_certify(CLI::App& app, int& exit_code);
 void add_study(CLI::App& app, int& exit_code);
 void add_ledger(CLI::App& app, int& exit_code);
 void add_run(CLI::App& app, int& exit_code);

@@ -85,6 +85,7 @@ int run(int argc, char** argv) {
   add_check(app, exit_code);
   add_scaling(app, exit_code);
   add_profile(app, exit_code);
+  add_certify(app, exit_code);
   add_study(app, exit_code);
   add_ledger(app, exit_code);
   add_run(app, exit_code);

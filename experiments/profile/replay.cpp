@@ -1,6 +1,7 @@
 #include "experiments/profile/replay.hpp"
 
 #include "core/config/reader.hpp"
+#include "experiments/profile/stopwatch.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -8,34 +9,11 @@
 
 #include <fmt/format.h>
 #include <sched.h>
-#include <time.h>
 
 namespace solenoid {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-/// Processor time of this thread [us].
-double thread_us() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
-}
-
-/// Time of the work in between, on the wall's clock, less what the thread was kept from its core: the processor's clock
-/// is read outside of the wall's, since it is the slower one, and is the smaller only where the thread had to wait.
-class Stopwatch {
- public:
-  Stopwatch() : processor_us_(thread_us()), begin_(Clock::now()) {}
-  double us() const {
-    const double wall_us = us_since(begin_);
-    return std::min(wall_us, thread_us() - processor_us_);
-  }
-
- private:
-  double processor_us_;
-  Clock::time_point begin_;
-};
 
 /// A variant's problem as each motion of the set has it.
 std::vector<std::unique_ptr<AnyProblem>> problems_of(const InstanceSet& set, const VariantConfig& variant) {

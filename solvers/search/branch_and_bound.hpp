@@ -47,6 +47,7 @@ class BranchAndBound final : public Solver<M> {
     inputs_.reserve(builder_.most_pieces());
     lowest_.reserve(builder_.most_pieces());
     highest_.reserve(builder_.most_pieces());
+    incumbents_.resize(max_lanes);
     levels_.assign(blocks, Level());
     for (Level& level : levels_)
       level.nodes.resize(static_cast<std::size_t>(std::max(max_lanes, problem.modes.size())));
@@ -63,13 +64,15 @@ class BranchAndBound final : public Solver<M> {
   SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
     const auto start = Deadline::Clock::now();
     begin(problem, plan);
-    if (settings_.prune) adopt_incumbents(problem, plan);
+    if (settings_.prune) adopt_incumbents(problem, plan, deadline);
     open_root(problem);
     bool complete = true;
     while (complete && select_group(problem)) {
       complete = !deadline.passed();
       if (complete) expand(problem, deadline);
     }
+    if (!complete && !settings_.prune)
+      adopt_incumbents(problem, plan, deadline);  // what was tried may be worse than holding
     conclude(plan, complete);
     cut_short_ = !complete;
     report_.time_us = us_since(start);
@@ -94,7 +97,12 @@ class BranchAndBound final : public Solver<M> {
     const SwitchTiming timing(shape.modes, shape.horizon.dt_s);
     for (std::size_t b = 1; b < blocks.size() && settings_.prune; ++b)
       tree.bound_steps[b] = bound_length(shape.horizon, timing, b);
-    return most_tree_work(shape.modes, tree);
+    MostWork most = most_tree_work(shape.modes, tree);
+    if (!settings_.prune) {  // see solve(): once the time is over
+      most.late.nodes += least_incumbents * static_cast<std::int64_t>(blocks.size());
+      most.late.model_steps += std::int64_t{padded(least_incumbents)} * shape.horizon.steps();
+    }
+    return most;
   }
   bool do_most_work(bool on) noexcept override {
     leaves_out_ = !on;
@@ -160,8 +168,9 @@ class BranchAndBound final : public Solver<M> {
   }
 
   /// Incumbents to start from: the warm start, and holding the command in force. While solves are cut short, and for the
-  /// first, a warm start may be worth little and the first dive come too late: then also holding each mode, and each
-  /// mode before the rest of the warm start.
+  /// first, a warm start may be worth little and the first dive come too late: then also, if there is time at all,
+  /// holding each mode, and each mode before the rest of the warm start.
+  static constexpr int least_incumbents = 2;
   static int most_incumbents(const ModeSet& modes) noexcept { return std::min(2 + 2 * modes.size(), max_lanes); }
 
   int incumbent_mode(const Problem<M>& problem, const Plan<M>& plan, int incumbent, std::size_t b) const noexcept {
@@ -172,12 +181,11 @@ class BranchAndBound final : public Solver<M> {
     return b == 0 ? incumbent - 2 - modes : warm;
   }
 
-  void adopt_incumbents(const Problem<M>& problem, const Plan<M>& plan) noexcept {
-    const int candidates = cut_short_ ? most_incumbents(problem.modes) : 2;
-    std::vector<Node>& nodes = levels_.front().nodes;  // until the root is opened
+  void adopt_incumbents(const Problem<M>& problem, const Plan<M>& plan, Deadline deadline) noexcept {
+    const int candidates = cut_short_ && !deadline.passed() ? most_incumbents(problem.modes) : least_incumbents;
     for (int i = 0; i < candidates; ++i) {
-      nodes[static_cast<std::size_t>(i)] = Node{};
-      nodes[static_cast<std::size_t>(i)].state = problem.initial;
+      incumbents_[static_cast<std::size_t>(i)] = Node{};
+      incumbents_[static_cast<std::size_t>(i)].state = problem.initial;
       lines_[static_cast<std::size_t>(i)] = problem.lines;
     }
     for (std::size_t b = 0; b < levels_.size(); ++b) {
@@ -189,15 +197,15 @@ class BranchAndBound final : public Solver<M> {
         DelayLines& lines = lines_[static_cast<std::size_t>(i)];
         const int mode = incumbent_mode(problem, plan, i, b);
         const SwitchPattern pattern = problem.modes.pattern(mode);
-        add_lane(problem, nodes[static_cast<std::size_t>(i)], lines, mode, std::popcount(pattern ^ lines.commanded()),
-                 lines.may_command(pattern, timing_));
+        add_lane(problem, incumbents_[static_cast<std::size_t>(i)], lines, mode,
+                 std::popcount(pattern ^ lines.commanded()), lines.may_command(pattern, timing_));
         lines.command(pattern, timing_);
         lines.advance(problem.horizon.blocks[b]);
       }
       roll(problem, b);
-      for (int i = 0; i < candidates; ++i) nodes[static_cast<std::size_t>(i)] = child_of_lane(b, i);
+      for (int i = 0; i < candidates; ++i) incumbents_[static_cast<std::size_t>(i)] = child_of_lane(b, i);
     }
-    for (int i = 0; i < candidates; ++i) keep_if_better(problem, nodes[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < candidates; ++i) keep_if_better(problem, incumbents_[static_cast<std::size_t>(i)]);
   }
 
   void open_root(const Problem<M>& problem) noexcept {
@@ -502,6 +510,7 @@ class BranchAndBound final : public Solver<M> {
   std::array<DelayLines, max_lanes> lines_;  // of parents where commands are in flight
   std::vector<DelayLines> settled_lines_;    // of a mode
   SwitchChanges changes_;
+  std::vector<Node> incumbents_;  // under way
   std::vector<Level> levels_;
   std::vector<ContinuousOf<M>> planned_;
   std::vector<int> first_step_;

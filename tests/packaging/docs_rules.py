@@ -149,6 +149,9 @@ RULES = [
     Rule(r"profile --against (\S+)", "times of a busy machine: only read", r"profile --variant thesis_pd --passes 1 --against \1 --threshold 100"),
     Rule(r"profile (--save .*)", "measures until it is quiet", r"profile --variant thesis_pd --passes 1 \1"),
     Rule(r"profile (.*\.toml.*)", "measures until it is quiet", r"profile \1 --passes 1"),
+    # certify
+    Rule(r"certify mine --campaign campaign\.toml", "a placeholder", "certify thesis_pd --campaign campaign.toml --states 100"),
+    Rule(r"certify (\S+)( --deadline-ms \S+)?(?: --states \d+)?( --jobs \d+)?", "up to a million problems", r"certify \1 --states 200\2\3"),
     # real time
     Rule(r"(emulator|run nine_state --plant emulator) --key node\.key", "a key that the line above makes; test_rig uses one", lambda match, _: match[1].split()[0] + " --help"),
     Rule(r"run VARIANT --plant sim\|emulator\|comedi", "placeholders", "run nine_state --plant sim --duration 0.3 --quiet",

@@ -132,6 +132,15 @@ class ActuatorSystem final : public System {
   std::vector<double> continuous_limits(const VariantConfig& v) const override {
     return {actuator(v).nominal.motor_force_limit_n()};
   }
+  /// The stroke; no faster than a choked valve fills or empties the smaller chamber at atmospheric pressure; pressures from
+  /// that to the supply's.
+  std::vector<StateRange> state_ranges(const VariantConfig& v) const override {
+    const ActuatorParameters& p = actuator(v).nominal;
+    const double fastest =
+        p.choked_flow * p.gas_constant * p.temperature_k / (p.atmospheric_pressure_pa * p.piston_area_b());
+    const StateRange pressure{p.atmospheric_pressure_pa, p.supply_pressure_pa};
+    return {{p.position_min_m(), p.position_max_m()}, {-fastest, fastest}, pressure, pressure};
+  }
   std::unique_ptr<AnyProblem> problem(const VariantConfig& v) const override {
     if (predicts_motor(v)) return actuator_problem_of<PrestabilisedActuator>(v).clone();
     return actuator_problem_of<PneumaticActuator>(v).clone();

@@ -16,6 +16,7 @@ namespace solenoid {
 namespace {
 
 constexpr double unbounded = std::numeric_limits<double>::infinity();
+constexpr double overcurrent = 1.5;  // of the rated current
 constexpr double slew_margin = 1.5;  // for an inductance that is less than believed
 
 std::vector<VariantKey> inverter_keys() {
@@ -61,6 +62,11 @@ class InverterSystem final : public ModelSystem<InverterLoad> {
   void resample(VariantConfig& v) const override { inverter(v).nominal.sampling_s = v.timing.tick_s; }
   ModeSet own_modes(const VariantConfig& v) const override { return inverter_modes(v.modes, inverter(v).nominal); }
   InverterLoad model(const VariantConfig& v) const override { return InverterLoad(inverter(v).nominal); }
+  /// Currents up to what is an overcurrent, and the electromotive force at its amplitude, whatever its angle.
+  std::vector<StateRange> state_ranges(const VariantConfig& v) const override {
+    const double most = overcurrent * inverter(v).nominal.rated_current_a, emf = inverter(v).nominal.emf_amplitude_v;
+    return {{-most, most}, {-most, most}, {-emf, emf}, {-emf, emf}};
+  }
   KalmanSetup<InverterLoad> filter(const VariantConfig& v) const override {
     const InverterParameters& p = inverter(v).nominal;
     KalmanSetup<InverterLoad> setup;
@@ -84,7 +90,8 @@ class InverterSystem final : public ModelSystem<InverterLoad> {
     const double range = 2.0 * rated + 2.0 * shorted;  // with what remains of a direct current in a short circuit
     const SensorBounds current{-range, range, -1.5 * range, 1.5 * range, 1.0, slew, sigma};
     settings.plausibility.channels = {current, current};
-    settings.limits = {{.low = -1.5 * rated, .high = 1.5 * rated}, {.low = -1.5 * rated, .high = 1.5 * rated}};
+    settings.limits = {{.low = -overcurrent * rated, .high = overcurrent * rated},
+                       {.low = -overcurrent * rated, .high = overcurrent * rated}};
     settings.needed_to_stop = {0, 1};
     return settings;
   }

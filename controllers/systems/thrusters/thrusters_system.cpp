@@ -4,11 +4,13 @@
 #include "core/systems/thrusters/signals.hpp"
 
 #include <limits>
+#include <numbers>
 #include <vector>
 
 namespace solenoid {
 namespace {
 
+constexpr double floor_m = 5.0;  // from its middle to its ends
 constexpr double any = std::numeric_limits<double>::infinity();
 
 /// What the filter finds beyond the state goes into the prediction: tracking without offset.
@@ -63,6 +65,11 @@ class ThrustersSystem final : public ModelSystem<FreeFlyer, OutsideForces> {
   }
   ModeSet own_modes(const VariantConfig& v) const override { return thruster_modes(v.modes, thrusters(v).nominal); }
   FreeFlyer model(const VariantConfig& v) const override { return FreeFlyer(thrusters(v).nominal); }
+  /// The floor in which it may be, any angle, and speeds beyond those of its tasks.
+  std::vector<StateRange> state_ranges(const VariantConfig&) const override {
+    const StateRange place{-floor_m, floor_m}, speed{-0.5, 0.5};
+    return {place, place, {-std::numbers::pi, std::numbers::pi}, speed, speed, {-1.0, 1.0}};
+  }
   KalmanSetup<FreeFlyer> filter(const VariantConfig& v) const override {
     const ThrustersVariant& own = thrusters(v);
     KalmanSetup<FreeFlyer> setup;
@@ -85,7 +92,7 @@ class ThrustersSystem final : public ModelSystem<FreeFlyer, OutsideForces> {
     const SensorBounds position{-10.0, 10.0, -20.0, 20.0, 1e-3, 0.1, 1e-3};
     const SensorBounds angle{-1e3, 1e3, -2e3, 2e3, 1e-3, 0.2, 1e-3};
     settings.plausibility.channels = {position, position, angle};
-    settings.limits = {{.low = -5.0, .high = 5.0}, {.low = -5.0, .high = 5.0}, {}};
+    settings.limits = {{.low = -floor_m, .high = floor_m}, {.low = -floor_m, .high = floor_m}, {}};
     settings.needed_to_stop = {0, 1, 2};
     return settings;
   }

@@ -203,6 +203,8 @@ TEST(BadNumber, IsRefusedByEveryNumericOption) {
       {"ledger", "--bonmin-limit-s", false, true},
       {"ledger", "--states", true, true},
       {"scaling", "--instances", true, true},
+      {"certify thesis_pd", "--states", true, false},
+      {"certify thesis_pd", "--deadline-ms", false, true},
       {"tune nine_pd", "--evaluations", true, true},
       {"run nine_pd", "--duration", false, true},
       {"run nine_pd", "--rearm-wait", false, true},

@@ -50,7 +50,6 @@ class ExtendedCostSearch final : public Solver<M> {
       const Rollout<M> r = rolled(problem, plan, mode);
       const double cost = cost_of(problem, r);
       ++best.nodes;
-      best.model_steps += problem.horizon.steps();
       any_feasible = any_feasible || r.feasible;
       const bool better = cost < best.cost || (cost == best.cost && r.switches < best.switches);
       if (!better || !std::isfinite(cost)) continue;
@@ -64,13 +63,6 @@ class ExtendedCostSearch final : public Solver<M> {
                    std::chrono::duration_cast<std::chrono::nanoseconds>(Deadline::Clock::now() - start).count());
     return best;
   }
-
-  /// A roll of the whole horizon for each mode, each between two looks at the clock.
-  std::optional<MostWork> most_work(const AnyProblem& shape) const override {
-    const std::int64_t modes = shape.modes.size(), steps = shape.horizon.steps();
-    return MostWork{.solve = {modes, modes * steps, 0}, .late = {1, steps, 0}};
-  }
-  bool do_most_work(bool /*on*/) noexcept override { return true; }
 
   /// J of one mode; infinite where bounds or dwell forbid it.
   double cost_of_mode(const Problem<M>& problem, const Plan<M>& plan, int mode) const noexcept {
