@@ -55,6 +55,8 @@ class SparseKkt {
   void repack(const SparseSolution& solution, double* w, double* y, double* zeta) const noexcept;
 
  private:
+  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
   /// Compressed columns with a slot in the KKT matrix for each entry.
   struct Block {
     std::vector<int> start, row, slot;
