@@ -254,6 +254,7 @@ class BranchAndBound final : public Solver<M> {
     return changes;
   }
 
+  bool in_first_dive() const noexcept { return group_ < max_lanes; }
   bool prunes() const noexcept { return settings_.prune && leaves_out_; }
 
   /// Rolls every child of the selected parents; their bounds are raised if there is time.
@@ -407,7 +408,7 @@ class BranchAndBound final : public Solver<M> {
       }
       pad_boxes();
       report_.bound_steps += std::int64_t{padded(boxes_.count)} * length;
-      kernel_.enclose(problem, {planned_.data(), first, length, cutoff}, lowest_, highest_, boxes_);
+      kernel_.enclose(problem, {planned_.data(), first, length, cutoff, in_first_dive()}, lowest_, highest_, boxes_);
       for (int lane = 0; lane < boxes_.count; ++lane) {
         Node& node = level.nodes[static_cast<std::size_t>(from + lane)];
         node.bound = std::max(node.cost, boxes_.cost[lane]);  // in this order: a box that is no number says nothing

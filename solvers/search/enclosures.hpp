@@ -67,13 +67,19 @@ template <HybridModel M, class Batch, int batches>
 /// - its cost is above the cutoff: nothing below its node is worth it;
 /// - its box held the reference since the last look: it is too wide by now to say more. Where the last state has a cost of
 ///   its own, that is no reason to stop;
-/// - after `worth_all_steps` looks, its cost is within one switch change of the cutoff: all children but the one that
+/// - in a hurry and after `worth_all_steps` looks, four times its last gain at every look to come does not reach the cutoff;
+/// - after as many looks its cost is within one switch change of the cutoff: all children but the one that
 ///   changes nothing are excluded, and to roll that one is cheaper.
 template <HybridModel M>
 class OpenBoxes {
  public:
   OpenBoxes(const Problem<M>& problem, const RollSpan<M>& span, Boxes<M>& boxes)
-      : boxes_(boxes), cutoff_(span.cutoff), switch_change_(problem.cost.switching), count_(boxes.count) {
+      : boxes_(boxes),
+        cutoff_(span.cutoff),
+        switch_change_(problem.cost.switching),
+        count_(boxes.count),
+        most_looks_((span.length + check_every - 1) / check_every),
+        hurry_(span.hurry) {
     to_the_end_ = cutoff_ == Bounds<M>::infinity;  // nothing is to be left out
     for (const double weight : problem.cost.terminal) to_the_end_ = to_the_end_ || weight > 0.0;
     for (int lane = 0; lane < count_; ++lane) before_[lane] = boxes.cost[lane], owner_[lane] = lane;
@@ -87,7 +93,7 @@ class OpenBoxes {
     int open[max_lanes], opened = 0;
     for (int lane = 0; lane < count_; ++lane) {
       const double cost = boxes_.cost[lane];
-      if (cost <= enough && (to_the_end_ || cost > before_[lane])) open[opened++] = lane;
+      if (cost <= enough && (to_the_end_ || promises(cost, cost - before_[lane]))) open[opened++] = lane;
       before_[lane] = cost;
     }
     if (opened > 0 && (count_ - 1) / width == (opened - 1) / width) return;
@@ -106,6 +112,10 @@ class OpenBoxes {
  private:
   static constexpr int worth_all_steps = 4;
 
+  bool promises(double cost, double gain) const noexcept {
+    return gain > 0.0 && (!hurry_ || looks_ < worth_all_steps || cost + 4.0 * gain * (most_looks_ - looks_) > cutoff_);
+  }
+
   void keep_costs() noexcept {
     for (int lane = 0; lane < count_; ++lane) cost_[owner_[lane]] = boxes_.cost[lane];
   }
@@ -123,7 +133,8 @@ class OpenBoxes {
 
   Boxes<M>& boxes_;
   double cutoff_, switch_change_;
-  int count_, looks_ = 0;
+  int count_, most_looks_, looks_ = 0;
+  bool hurry_;
   bool to_the_end_ = false;
   int owner_[max_lanes];
   double before_[max_lanes];  // cost at the last look

@@ -58,6 +58,7 @@ struct RollSpan {
   int first = 0;
   int length = 0;
   double cutoff = 0.0;
+  bool hurry = false;  ///< a bound may be given up early where it promises little
 };
 
 namespace kernel_detail {

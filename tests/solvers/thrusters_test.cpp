@@ -231,6 +231,21 @@ TEST(ThrusterSearch, TheTrackingBoundPrunesAStepOfThePosition) {
   EXPECT_LT(bounded.nodes, unbounded.nodes / 2);
 }
 
+TEST(ThrusterSearch, TheTerminalBoundPrunesManoeuvresFromRestToRest) {
+  const FreeFlyerParameters p = platform(0.0);
+  const double d = pair_acceleration(p) * block_s * block_s * 2 * (12 - 2);
+  const FlyerProblem problem = rest_to_rest(p, "along_x", 12, {d, 0, 0, 0, 0, 0});
+  BranchAndBound<FreeFlyer> with, without({.enclosure_steps = 0});
+  with.prepare(problem);
+  without.prepare(problem);
+  Plan<FreeFlyer> a(problem), b(problem);
+  const SolveReport bounded = with.solve(problem, a, Deadline::never());
+  const SolveReport unbounded = without.solve(problem, b, Deadline::never());
+  EXPECT_EQ(a.modes, b.modes);
+  EXPECT_EQ(bounded.cost, unbounded.cost);
+  EXPECT_LT(bounded.nodes, unbounded.nodes / 10);
+}
+
 TEST(ThrusterModel, DualNumbersOfTheSolversDifferentiateItOverTurns) {
   using Number = Dual<2>;
   const FreeFlyer model;
