@@ -2,7 +2,7 @@
 
 #include "core/mpc/phases.hpp"
 #include "core/mpc/solver.hpp"
-#include "solvers/search/lane_inputs.hpp"
+#include "solvers/search/node_bounds.hpp"
 #include "solvers/search/switch_changes.hpp"
 #include "solvers/search/tree_work.hpp"
 
@@ -14,9 +14,6 @@
 #include <vector>
 
 namespace solenoid {
-
-/// Blocks that a tree search takes.
-inline constexpr std::size_t max_tree_blocks = 32;
 
 /// How BranchAndBound searches; no setting changes the optimum.
 struct TreeSearchSettings {
@@ -37,7 +34,7 @@ template <HybridModel M>
 class BranchAndBound final : public Solver<M> {
  public:
   explicit BranchAndBound(const TreeSearchSettings& settings = {}, const RolloutKernel<M>& kernel = rollout_kernel<M>())
-      : settings_(settings), kernel_(kernel) {}
+      : settings_(settings), kernel_(kernel), bounds_(kernel, settings.enclosure_steps) {}
 
   void prepare(const Problem<M>& problem) override {
     const std::size_t blocks = problem.horizon.blocks.size();
@@ -45,8 +42,7 @@ class BranchAndBound final : public Solver<M> {
     timing_ = SwitchTiming(problem.modes, problem.horizon.dt_s);
     builder_.prepare(problem.modes, timing_);
     inputs_.reserve(builder_.most_pieces());
-    lowest_.reserve(builder_.most_pieces());
-    highest_.reserve(builder_.most_pieces());
+    bounds_.prepare(builder_);
     incumbents_.resize(max_lanes);
     levels_.assign(blocks, Level());
     for (Level& level : levels_)
@@ -96,11 +92,11 @@ class BranchAndBound final : public Solver<M> {
                    .bound_steps = std::vector<int>(blocks.size())};
     const SwitchTiming timing(shape.modes, shape.horizon.dt_s);
     for (std::size_t b = 1; b < blocks.size() && settings_.prune; ++b)
-      tree.bound_steps[b] = bound_length(shape.horizon, timing, b);
+      tree.bound_steps[b] = bounds_.steps(shape.horizon, timing, b);
     MostWork most = most_tree_work(shape.modes, tree);
     if (!settings_.prune) {  // see solve(): once the time is over
       most.late.nodes += least_incumbents * static_cast<std::int64_t>(blocks.size());
-      most.late.model_steps += std::int64_t{padded(least_incumbents)} * shape.horizon.steps();
+      most.late.model_steps += std::int64_t{kernel_.whole_registers(least_incumbents)} * shape.horizon.steps();
     }
     return most;
   }
@@ -110,34 +106,10 @@ class BranchAndBound final : public Solver<M> {
   }
 
  private:
+  using Node = TreeNode<M>;
+  using Level = TreeLevel<M>;
+
   static constexpr int first_dive = max_lanes / 2;  // lanes of a group until the first dive ends
-
-  struct Rank {
-    double bound;
-    std::uint32_t node;
-    bool operator<(const Rank& other) const {
-      return bound < other.bound || (bound == other.bound && node < other.node);
-    }
-  };
-
-  struct Node {
-    StateOf<M> state{};
-    double cost = 0.0, bound = 0.0;
-    int switches = 0;
-    int source = 0;  // which of its level's lines it was commanded on
-    std::array<std::uint8_t, max_tree_blocks> modes{};
-  };
-
-  /// The open nodes whose next block is this level's, best bound first from `next` on.
-  struct Level {
-    std::vector<Node> nodes;
-    std::vector<Rank> order;
-    std::vector<DelayLines> lines;  // commands in flight before the nodes' last block, one a parent; if still in flight
-    bool settled = false;           // whether earlier commands are over as this block begins, and no switch is held
-    int next = 0, count = 0;
-
-    const Node& node(int i) const { return nodes[order[static_cast<std::size_t>(i)].node]; }
-  };
 
   /// A node to be expanded.
   struct Parent {
@@ -334,25 +306,21 @@ class BranchAndBound final : public Solver<M> {
 
   void roll(const Problem<M>& problem, std::size_t b) noexcept {
     report_.nodes += lanes_.count;
-    pad(lanes_.count, kernel_.width, [&](int from, int to) {
-      for (auto& row : lanes_.state) row[to] = row[from];
-      lanes_.cost[to] = Bounds<M>::infinity;
-      for (int p = 0; p < inputs_.pieces; ++p)
-        for (auto& row : inputs_.piece[static_cast<std::size_t>(p)].value) row[to] = row[from];
-    });
+    pad_lanes();
     const PhaseScope timed(phases_, Phase::rollout);
     const double cutoff = prunes() ? report_.cost : Bounds<M>::infinity;
-    report_.model_steps += std::int64_t{padded(lanes_.count)} * problem.horizon.blocks[b];
+    report_.model_steps += std::int64_t{kernel_.whole_registers(lanes_.count)} * problem.horizon.blocks[b];
     kernel_.roll(problem, {planned_.data(), first_step_[b], problem.horizon.blocks[b], cutoff}, inputs_, lanes_);
   }
 
-  /// Lanes that so many take, those of the last register included.
-  int padded(int count) const noexcept { return (count + kernel_.width - 1) / kernel_.width * kernel_.width; }
-
   /// Fills the unused lanes of the last register with copies of the first lane.
-  template <class Copy>
-  static void pad(int count, int width, Copy copy) noexcept {
-    for (int lane = count; lane % width != 0; ++lane) copy(0, lane);
+  void pad_lanes() noexcept {
+    for (int lane = lanes_.count; lane % kernel_.width != 0; ++lane) {
+      for (auto& row : lanes_.state) row[lane] = row[0];
+      lanes_.cost[lane] = Bounds<M>::infinity;
+      for (int p = 0; p < inputs_.pieces; ++p)
+        for (auto& row : inputs_.piece[static_cast<std::size_t>(p)].value) row[lane] = row[0];
+    }
   }
 
   Node child_of_lane(std::size_t b, int lane) const noexcept {
@@ -381,63 +349,15 @@ class BranchAndBound final : public Solver<M> {
     }
   }
 
-  /// How many steps a node's reachable set is followed that has block b before it; 0: it gets no such bound.
-  int bound_length(const Horizon& horizon, const SwitchTiming& timing, std::size_t b) const noexcept {
-    if (kernel_.enclose == nullptr || horizon.blocks[b - 1] < timing.longest_delay) return 0;
-    const auto next = horizon.blocks.begin() + static_cast<std::ptrdiff_t>(b);
-    return std::min(settings_.enclosure_steps, std::accumulate(next, horizon.blocks.end(), 0));
-  }
-
   /// Adds to the bounds of level b's nodes the cost that no state reachable from them can avoid.
   void raise_bounds(const Problem<M>& problem, std::size_t b) noexcept {
-    const int length = bound_length(problem.horizon, timing_, b);
+    const int length = bounds_.steps(problem.horizon, timing_, b);
     if (length == 0) return;
     const PhaseScope timed(phases_, Phase::bound);
-    Level& level = levels_[b];
-    const int first = first_step_[b];
-    const double cutoff = prunes() ? report_.cost : Bounds<M>::infinity;
-    builder_.begin(0, lowest_);
-    builder_.begin(0, highest_);
-    for (int from = 0; from < level.count; from += max_lanes) {
-      boxes_.count = std::min(max_lanes, level.count - from);
-      for (int lane = 0; lane < boxes_.count; ++lane) {
-        const Node& node = level.nodes[static_cast<std::size_t>(from + lane)];
-        for (std::size_t k = 0; k < M::state_size; ++k) boxes_.low[k][lane] = boxes_.high[k][lane] = node.state[k];
-        boxes_.cost[lane] = node.cost;
-        builder_.hull(problem.modes.pattern(node.modes[b - 1]), changes_left(problem, node), lane, lowest_, highest_);
-      }
-      pad_boxes();
-      report_.bound_steps += std::int64_t{padded(boxes_.count)} * length;
-      kernel_.enclose(problem, {planned_.data(), first, length, cutoff, in_first_dive()}, lowest_, highest_, boxes_);
-      for (int lane = 0; lane < boxes_.count; ++lane) {
-        Node& node = level.nodes[static_cast<std::size_t>(from + lane)];
-        node.bound = std::max(node.cost, boxes_.cost[lane]);  // in this order: a box that is no number says nothing
-      }
-    }
-  }
-
-  /// The switch changes after which a completion of `node` is worse than the incumbent whatever else it does.
-  int changes_left(const Problem<M>& problem, const Node& node) const noexcept {
-    const double left = (report_.cost - node.cost) / problem.cost.switching * (1 + 1e-9);
-    if (left < 0) return 0;  // worse already: only a search that leaves out nothing still has it
-    return left < max_switches ? static_cast<int>(left) : static_cast<int>(max_switches);
-  }
-
-  void pad_boxes() noexcept {
-    pad(boxes_.count, kernel_.width, [&](int from, int to) {
-      for (std::size_t k = 0; k < M::state_size; ++k) {
-        boxes_.low[k][to] = boxes_.low[k][from];
-        boxes_.high[k][to] = boxes_.high[k][from];
-      }
-      boxes_.cost[to] = Bounds<M>::infinity;
-      for (int p = 0; p < lowest_.pieces; ++p)
-        for (std::size_t k = 0; k < M::switched_size; ++k) {
-          auto& low = lowest_.piece[static_cast<std::size_t>(p)].value[k];
-          auto& high = highest_.piece[static_cast<std::size_t>(p)].value[k];
-          low[to] = low[from];
-          high[to] = high[from];
-        }
-    });
+    const RollSpan<M> span{planned_.data(), first_step_[b], length, prunes() ? report_.cost : Bounds<M>::infinity,
+                           in_first_dive()};
+    report_.bound_steps += bounds_.raise(problem, builder_, span, report_.cost, b - 1,
+                                         std::span(levels_[b].nodes).first(static_cast<std::size_t>(levels_[b].count)));
   }
 
   /// Drops what the bounds have closed and sorts the rest.
@@ -502,9 +422,9 @@ class BranchAndBound final : public Solver<M> {
   RolloutKernel<M> kernel_;
   SwitchTiming timing_;
   LaneInputBuilder<M> builder_;
-  LaneInputs<M> inputs_, lowest_, highest_;
+  LaneInputs<M> inputs_;
   Lanes<M> lanes_;
-  Boxes<M> boxes_;
+  NodeBounds<M> bounds_;
   std::array<const Node*, max_lanes> lane_parent_{};
   std::array<int, max_lanes> lane_mode_{}, lane_switches_{}, lane_source_{};
   std::array<Parent, max_lanes> parents_{};

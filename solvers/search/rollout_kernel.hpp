@@ -11,6 +11,8 @@ template <HybridModel M>
 struct RolloutKernel {
   const char* architecture;
   int width;  ///< doubles a register
+  /// Lanes that so many take, those of the last register included.
+  int whole_registers(int lanes) const noexcept { return (lanes + width - 1) / width * width; }
   void (*roll)(const Problem<M>&, const RollSpan<M>&, const LaneInputs<M>&, Lanes<M>&) noexcept;
   /// Null for models without an enclosure. Adds to each lane's cost a lower bound of the tracking cost of the span, and
   /// of the terminal cost where the span ends with the horizon. Leaves boxes and inputs of no use.
