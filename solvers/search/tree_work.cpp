@@ -13,7 +13,7 @@ class Count {
   constexpr Count(std::int64_t n = 0) : n_(n) {}
   friend constexpr Count operator+(Count a, Count b) { return a.n_ > most - b.n_ ? most : a.n_ + b.n_; }
   friend constexpr Count operator*(Count a, Count b) { return a.n_ != 0 && b.n_ > most / a.n_ ? most : a.n_ * b.n_; }
-  constexpr auto operator<=>(const Count&) const = default;
+  friend constexpr bool operator<(Count a, Count b) { return a.n_ < b.n_; }
   constexpr std::int64_t value() const { return n_; }
 
  private:
@@ -77,7 +77,7 @@ Count most_of_ways(const ModeSet& modes, const TreeShape& shape, const Cost& cos
     }
     below = most;
   }
-  return *std::ranges::max_element(below);
+  return *std::max_element(below.begin(), below.end());
 }
 
 template <class Cost>

@@ -154,6 +154,7 @@ void warm_starts(int horizon) {
 void sparse(int horizon) {
   const auto all = test::recorded_qps(horizon);
   std::vector<SparseQp> problems;
+  problems.reserve(all.size());
   for (const auto& one : all) problems.push_back(to_sparse(one.problem));
   std::vector<Contender> contenders;
   for (const int steps : {Settings{}.active_set_steps, 0}) {

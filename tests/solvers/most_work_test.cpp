@@ -83,6 +83,7 @@ TEST(MostWork, IsTheWholeTreeThatALoopCountsForEveryNumberOfModesAndWidth) {
       for (const std::vector<int>& blocks : {std::vector<int>{20}, {4, 16}, {10, 10, 20}}) {
         std::vector<Switch> switches(8);
         std::vector<Mode> modes;
+        modes.reserve(static_cast<std::size_t>(count));
         for (int m = 0; m < count; ++m) modes.push_back({"", static_cast<SwitchPattern>(m)});
         const ModeSet set("set", switches, modes, {0.0}, std::vector<std::vector<double>>(8, {1.0}));
         const std::vector<int> bound(blocks.size(), 3);
