@@ -116,14 +116,16 @@ std::vector<std::string> notes_of(const Certificate& c) {
                   1e3 * w.model_step_us, 1e3 * w.bound_step_us));
   if (w.whole)
     notes.push_back(fmt::format("The whole of it, nothing left out, really takes up to {:.3g} ms.", 1e-3 * w.whole_us));
-  notes.push_back(
-      fmt::format("Deadline: of {:g} ms a solve ends at most {:.3g} us after, {} nodes, {} model steps and {} bound "
-                  "steps between two "
-                  "looks at the clock. Of {} solves, {} of which were cut short at a random moment: {} worse than "
-                  "holding the command "
-                  "in force, {} wrong bounds; the latest by {:.3g} us.",
-                  c.deadline_ms, c.costs.most_us(c.most.late), c.most.late.nodes, c.most.late.model_steps,
-                  c.most.late.bound_steps, d.solves, d.cut, d.worse_than_hold, d.wrong_bounds, d.latest_us));
+  notes.push_back(fmt::format(
+      "Deadline: of {:g} ms a solve ends at most {:.3g} us after, {} nodes, {} model steps and {} bound "
+      "steps between two "
+      "looks at the clock. Of {} solves, {} of which were cut short at a random moment: {} worse than "
+      "holding the command "
+      "in force, {} wrong bounds; the latest by {:.3g} us{}.",
+      c.deadline_ms, c.costs.most_us(c.most.late), c.most.late.nodes, c.most.late.model_steps, c.most.late.bound_steps,
+      d.solves, d.cut, d.worse_than_hold, d.wrong_bounds, d.latest_us,
+      d.latest_us > c.costs.most_us(c.most.late) ? ", beyond that bound: the machine was busy, or work is dearer there"
+                                                 : ""));
   notes.push_back(c.broken() ? fmt::format("BROKEN: {} solves did more than the bound.", c.exceeded())
                              : "No solve did more than the bound.");
   for (const char* line : covered) notes.emplace_back(line);

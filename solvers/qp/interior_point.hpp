@@ -46,7 +46,8 @@ struct Ray {
 ///                                                                  primal_alone, dy may be null without refinements
 ///     bool exact_steps()                                           a step leaves 1 - its length of the residuals
 ///     void adapt(double stationarity)                              shifts for a point this far from stationary
-///     void stiffen()                                               greater shifts, until the next load
+///     void stiffen()                                               greater shifts until the next load; adapt() may
+///                                                                  take the primal one back
 ///     bool can_hold(const signed char* side)                       whether these rows may be held as equalities
 ///     void solve(r_d, r_p, h, dw, dy, nu, int refinements)         the same for another right-hand side
 ///     balanced_start                                               start() meets equalities and adjoints already

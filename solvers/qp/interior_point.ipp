@@ -173,6 +173,7 @@ auto InteriorPoint<Kkt>::judge(Kkt& kkt, Deadline deadline) noexcept -> Verdict 
   if (stale_) {
     take_residuals(kkt);
     info_.objective = at_.objective, info_.stationarity = at_.dual;
+    info_.feasibility = std::max(at_.primal, kkt.row_violation(rows, row_at_.residual));
   }
   return end(exhausted ? Status::iteration_limit : Status::deadline_reached);
 }

@@ -45,7 +45,7 @@ class RiccatiKkt {
   void adapt(double) noexcept {}  // what the inputs of a control problem cost bends them
   void stiffen() noexcept {
     constexpr double most = 1e-3;  // beyond this it would be another problem that is convex
-    shift_ = std::min(100.0 * shift_, most);
+    shift_ = std::max(shift_, std::min(std::max(100.0 * shift_, first_shift_), most));
   }
   /// Inputs are eliminated exactly; a held state would be a constraint across stages, beyond the recursion.
   bool can_hold(const signed char* side) const noexcept {

@@ -280,7 +280,7 @@ void SparseKkt::solve_once(double* top, double* middle, double* bottom) noexcept
 }
 
 /// What (dw, dy, nu of G) leave of the system without its dual shifts, negated, into top_, middle_ and correction_;
-/// returns the largest entry.
+/// returns the largest entry, infinity if one is no number.
 double SparseKkt::defect(const double* r_d, const double* r_p, const double* h, const double* dw,
                          const double* dy) noexcept {
   const double *weight_g = weight_ + primal_size(), *h_g = h + primal_size();
@@ -293,9 +293,13 @@ double SparseKkt::defect(const double* r_d, const double* r_p, const double* h, 
   for (int i = 0; i < m_; ++i) correction_[at(i)] = (h_g[i] - nu_g_[at(i)]) / std::max(weight_g[i], weightless);
   inequality_.multiply(dw, correction_.data());
   double most = 0.0;
+  bool finite = true;
   for (auto* part : {&top_, &middle_, &correction_})
-    for (double& value : *part) most = std::max(most, std::abs(value)), value = -value;
-  return most;
+    for (double& value : *part) {
+      finite = finite && std::isfinite(value);
+      most = std::max(most, std::abs(value)), value = -value;
+    }
+  return finite ? most : HUGE_VAL;
 }
 
 void SparseKkt::solve(const double* r_d, const double* r_p, const double* h, double* dw, double* dy, double* nu,
@@ -313,9 +317,13 @@ void SparseKkt::solve(const double* r_d, const double* r_p, const double* h, dou
     for (int i = 0; i < m_; ++i) nu_g_[at(i)] += by * step_bottom_[at(i)];
   };
   double left = refinements > 0 ? defect(r_d, r_p, h, dw, dy) : 0.0;
+  const auto finite = [](const std::vector<double>& part) {
+    return std::ranges::all_of(part, [](double value) { return std::isfinite(value); });
+  };
   for (int step = 0; step < refinements && left > 0.0; ++step) {
     step_top_ = top_, step_middle_ = middle_, step_bottom_ = correction_;
     solve_once(step_top_.data(), step_middle_.data(), step_bottom_.data());
+    if (!finite(step_top_) || !finite(step_middle_) || !finite(step_bottom_)) break;
     correct(1.0);
     const double before = std::exchange(left, defect(r_d, r_p, h, dw, dy));
     if (left < before) continue;

@@ -54,7 +54,6 @@ class BranchAndBound final : public Solver<M> {
     std::exclusive_scan(problem.horizon.blocks.begin(), problem.horizon.blocks.end(), first_step_.begin(), 0);
     changes_.prepare(problem.modes);
     prepare_settled(problem);
-    cut_short_ = true;
   }
 
   SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
@@ -70,7 +69,6 @@ class BranchAndBound final : public Solver<M> {
     if (!complete && !settings_.prune)
       adopt_incumbents(problem, plan, deadline);  // what was tried may be worse than holding
     conclude(plan, complete);
-    cut_short_ = !complete;
     report_.time_us = us_since(start);
     return report_;
   }
@@ -139,9 +137,9 @@ class BranchAndBound final : public Solver<M> {
         planned_[static_cast<std::size_t>(first_step_[b] + i)] = plan.continuous[b];
   }
 
-  /// Incumbents to start from: the warm start, and holding the command in force. While solves are cut short, and for the
-  /// first, a warm start may be worth little and the first dive come too late: then also, if there is time at all,
-  /// holding each mode, and each mode before the rest of the warm start.
+  /// Incumbents to start from: the warm start, and holding the command in force. Where there is a deadline, the first dive
+  /// may come too late: then also, if it has not passed, holding each mode, and each mode before the rest of the warm
+  /// start, as many as there are lanes.
   static constexpr int least_incumbents = 2;
   static int most_incumbents(const ModeSet& modes) noexcept { return std::min(2 + 2 * modes.size(), max_lanes); }
 
@@ -154,7 +152,10 @@ class BranchAndBound final : public Solver<M> {
   }
 
   void adopt_incumbents(const Problem<M>& problem, const Plan<M>& plan, Deadline deadline) noexcept {
-    const int candidates = cut_short_ && !deadline.passed() ? most_incumbents(problem.modes) : least_incumbents;
+    const double left_s = deadline.seconds_left();
+    const bool pressed = left_s > 0 && left_s < Bounds<M>::infinity;
+    const int candidates =
+        settings_.prune && (pressed || !leaves_out_) ? most_incumbents(problem.modes) : least_incumbents;
     for (int i = 0; i < candidates; ++i) {
       incumbents_[static_cast<std::size_t>(i)] = Node{};
       incumbents_[static_cast<std::size_t>(i)].state = problem.initial;
@@ -439,8 +440,7 @@ class BranchAndBound final : public Solver<M> {
   std::size_t depth_ = 0;
   int parent_count_ = 0, group_ = max_lanes;
   bool numerical_failure_ = false;
-  bool cut_short_ = true;  // the last solve, by its deadline; before the first: true
-  int hold_ = -1;          // the mode in force, if it is one
+  int hold_ = -1;  // the mode in force, if it is one
   SolveReport report_;
 };
 

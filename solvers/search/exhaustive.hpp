@@ -57,6 +57,7 @@ class Exhaustive final : public Solver<M> {
     }
     for (int mode = 0; mode < problem.modes.size(); ++mode) {
       if (deadline.passed()) return false;
+      if (!path_[b].lines.may_command(problem.modes.pattern(mode), timing_)) continue;
       sequence_[b] = mode;
       path_[b + 1] = path_[b];
       roll_block(problem, timing_, mode, problem.horizon.blocks[b], plan.continuous[b], path_[b + 1]);

@@ -51,7 +51,7 @@ TEST(Certify, NoProblemOfASearchExceedsItsBound) {
         certified(std::string(variant) + " --states " + (std::string(variant) == "nine_state_2" ? "2000" : "300"));
     EXPECT_EQ(c.at("exceeded"), 0) << variant;
     EXPECT_EQ(c.at("broken"), false) << variant;
-    for (const char* quantity : {"nodes", "model_steps", "bound_steps", "time_us"}) {
+    for (const char* quantity : {"nodes", "model_steps", "bound_steps"}) {
       const json line = row(c, quantity);
       EXPECT_LE(line.at("largest"), line.at("bound")) << variant << " " << quantity;
       EXPECT_LE(line.at("p50"), line.at("p99"));
@@ -74,7 +74,7 @@ TEST(Certify, NoProblemOfASearchExceedsItsBound) {
 
 TEST(Certify, AWholeSearchCountsTheTreeOfFourBlocks) {
   const json c = certified("nine_state_4 --states 50 --deadline-ms 1");
-  EXPECT_EQ(row(c, "nodes").at("bound"), 9 + 81 + 729 + 6561 + 2 * 4);
+  EXPECT_EQ(row(c, "nodes").at("bound"), 9 + 81 + 729 + 6561 + (2 + 2 * 9) * 4);
   EXPECT_GT(row(c, "bound_steps").at("bound"), 0);
   EXPECT_GT(c.at("costs").at("whole_us"), 0.0);
   EXPECT_EQ(c.at("deadline").at("deadline_ms"), 1.0);
