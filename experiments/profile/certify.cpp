@@ -28,9 +28,6 @@ constexpr std::size_t deadline_checks = 2000;      // spread over the problems
 constexpr double rounding = 1e-9;                  // of sums in another order
 constexpr std::size_t told_every = 64;
 
-/// A deadline that no solve meets: with one, a search begins with all that it has then.
-Deadline far_off() { return Deadline::after_s(3600.0); }
-
 /// What a worker has found.
 struct Findings {
   std::vector<MeasuredSolve> solves;
@@ -189,10 +186,10 @@ Findings Certifier::measure(std::size_t first, std::size_t end, std::size_t ever
       progress(number);
     }
     AnyProblem& problem = problems_.pose(number, *start_);
-    Timed t = solve(problem, far_off);
+    Timed t = solve(problem, Deadline::never);
     const double usual_us = costs.us(t.report.work());
     if (t.us > longest_us || t.us > costs.factor * usual_us)
-      t.us = std::min(t.us, least_of(repeats, problem, far_off).us);
+      t.us = std::min(t.us, least_of(repeats, problem, Deadline::never).us);
     longest_us = std::max(longest_us, t.us);
     costs.factor = std::max(costs.factor, t.us / usual_us);
     found.solves.push_back({t.report.work(), t.us});
