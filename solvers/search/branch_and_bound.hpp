@@ -137,9 +137,6 @@ class BranchAndBound final : public Solver<M> {
         planned_[static_cast<std::size_t>(first_step_[b] + i)] = plan.continuous[b];
   }
 
-  /// Incumbents to start from: the warm start, and holding the command in force. Under a near deadline the first dive
-  /// may come too late: then also, if it has not passed, holding each mode, and each mode before the rest of the warm
-  /// start, as many as there are lanes.
   static constexpr double pressing_s = 0.01;  // with more time than this the first dive comes to its end
   static constexpr int least_incumbents = 2;
   static int most_incumbents(const ModeSet& modes) noexcept { return std::min(2 + 2 * modes.size(), max_lanes); }
@@ -152,6 +149,9 @@ class BranchAndBound final : public Solver<M> {
     return b == 0 ? incumbent - 2 - modes : warm;
   }
 
+  /// Incumbents to start from: the warm start, and holding the command in force. Under a near deadline the first dive
+  /// may come too late: then also, if it has not passed, holding each mode, and each mode before the rest of the warm
+  /// start, as many as there are lanes.
   void adopt_incumbents(const Problem<M>& problem, const Plan<M>& plan, Deadline deadline) noexcept {
     const double left_s = deadline.seconds_left();
     const bool pressed = left_s > 0 && left_s < pressing_s;
