@@ -1,28 +1,15 @@
 #include "experiments/campaign/ensemble.hpp"
 
 #include "core/config/reader.hpp"
+#include "experiments/campaign/sampling.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <random>
 
 #include <fmt/format.h>
 
 namespace solenoid {
 namespace {
-
-/// Uniform in [0, 1), the same with every standard library.
-double unit(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
-
-/// One point in each of n equal slices of [0, 1), in random order.
-std::vector<double> stratified(int n, std::mt19937_64& random) {
-  std::vector<double> points(static_cast<std::size_t>(n));
-  for (std::size_t i = 0; i < points.size(); ++i) points[i] = (static_cast<double>(i) + unit(random)) / n;
-  for (std::size_t i = points.size() - 1; i > 0; --i)
-    std::swap(points[i], points[static_cast<std::size_t>(unit(random) * static_cast<double>(i + 1))]);
-  return points;
-}
 
 double at(const Ensemble::Interval& range, double share, bool logarithmic) {
   return logarithmic ? range.low * std::pow(range.high / range.low, share)
@@ -60,11 +47,10 @@ Ensemble read_ensemble(TableReader& table, std::span<const DrawnQuantity> quanti
 
 std::vector<toml::table> ensemble_scenarios(const Ensemble& e, std::span<const DrawnQuantity> quantities,
                                             const toml::table& scenario) {
-  std::mt19937_64 random(e.seed);
-  std::vector<std::vector<double>> shares(quantities.size());
-  for (auto& share : shares) share = stratified(e.members, random);
   std::vector<toml::table> members;
+  const Sampler sampler(Sampling::shuffled, e.seed, quantities.size(), static_cast<std::size_t>(e.members));
   for (int m = 0; m < e.members; ++m) {
+    const std::vector<double> shares = sampler.at(static_cast<std::size_t>(m));
     toml::table member = scenario;
     member.erase("ensemble");
     member.insert_or_assign("name", fmt::format("{}-m{:03}", scenario["name"].value_or(std::string()), m + 1));
@@ -73,7 +59,7 @@ std::vector<toml::table> ensemble_scenarios(const Ensemble& e, std::span<const D
       const DrawnQuantity& q = quantities[i];
       const Ensemble::Interval& range = e.intervals[i];
       if (q.optional && range.low == q.usual && range.high == q.usual) continue;
-      insert_at(member, q.path, at(range, shares[i][static_cast<std::size_t>(m)], q.logarithmic));
+      insert_at(member, q.path, at(range, shares[i], q.logarithmic));
     }
     members.push_back(std::move(member));
   }

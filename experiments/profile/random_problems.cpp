@@ -1,6 +1,7 @@
 #include "experiments/profile/random_problems.hpp"
 
 #include "core/config/reader.hpp"
+#include "experiments/base/mixed_bits.hpp"
 
 #include <cmath>
 
@@ -11,14 +12,6 @@ namespace {
 
 constexpr int commands_before = 4;
 constexpr double small_offset = 0.05;
-
-/// SplitMix64 (Steele, Lea, Flood 2014): numbers that follow each other begin sequences that have nothing in common.
-std::uint64_t mixed(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
 
 std::vector<StateRange> finite_ranges(const VariantConfig& variant) {
   const System& system = system_of(variant);
@@ -91,7 +84,7 @@ void RandomProblems::write(const Motion& motion, double from_s, const AxisValues
 }
 
 AnyProblem& RandomProblems::pose(std::uint64_t number, AnyPlan& warm_start) {
-  random_.seed(mixed(mixed(seed_) ^ number));
+  random_.seed(mixed_bits(mixed_bits(seed_) ^ number));
   Task& task = posed_[random_() % posed_.size()];
   AnyProblem& problem = *task.problem;
   const std::span<double> state = problem.initial_values();
