@@ -134,7 +134,7 @@ void Document::comes_from(const std::string& path, const Document& other, const 
 
 std::optional<std::string> Document::linked(const std::string& file) const {
   const auto carried = carried_.find(file);
-  return carried != carried_.end() ? carried->second : read_whole_file(beside(file), file_size::linked);
+  return carried != carried_.end() ? *carried->second : read_whole_file(beside(file), file_size::linked);
 }
 
 std::string Document::beside(const std::string& file) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -36,7 +37,9 @@ class Document {
   void comes_from(const std::string& path, const Document& other, const std::string& from);
 
   /// Takes along a file that values of this document name.
-  void carry(const std::string& file, std::string text) { carried_.insert_or_assign(file, std::move(text)); }
+  void carry(const std::string& file, std::string text) {
+    carried_.insert_or_assign(file, std::make_shared<const std::string>(std::move(text)));
+  }
   /// The text of a file that a value names: carried, or beside the document. Nothing if it cannot be read.
   std::optional<std::string> linked(const std::string& file) const;
   /// A file beside the document.
@@ -45,8 +48,8 @@ class Document {
  private:
   std::string name_, path_;
   toml::table root_;
-  std::map<std::string, std::string> origins_;  // of each value by its path
-  std::map<std::string, std::string> carried_;  // text of each file
+  std::map<std::string, std::string> origins_;                         // of each value by its path
+  std::map<std::string, std::shared_ptr<const std::string>> carried_;  // text of each file, which copies share
 };
 
 /// The table as a document's text.

@@ -93,10 +93,12 @@ void write_standard_output(std::string_view text) {
   if (!written || std::fflush(stdout) != 0) refuse("standard output", errno);
 }
 
+std::string Fingerprint::text() const { return fmt::format("{:016x}", hash_); }
+
 std::string fingerprint(std::string_view text) {
-  std::uint64_t hash = 14695981039346656037u;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
-  return fmt::format("{:016x}", hash);
+  Fingerprint of_one;
+  of_one.add(text);
+  return of_one.text();
 }
 
 }  // namespace solenoid

@@ -43,7 +43,20 @@ class TemporaryFolder {
 /// Writes to standard output and checks that it arrived. Throws OutputError.
 void write_standard_output(std::string_view text);
 
-/// 64-bit FNV-1a in hexadecimal: names a configuration, no defence against forgery.
+/// 64-bit FNV-1a of texts one after another: names a configuration, no defence against forgery.
+class Fingerprint {
+ public:
+  void add(std::string_view text) {
+    for (const char c : text) hash_ = (hash_ ^ static_cast<unsigned char>(c)) * 1099511628211u;
+  }
+  /// In hexadecimal.
+  std::string text() const;
+
+ private:
+  std::uint64_t hash_ = 14695981039346656037u;
+};
+
+/// That of one text.
 std::string fingerprint(std::string_view text);
 
 }  // namespace solenoid

@@ -2,6 +2,7 @@
 
 #include "experiments/base/files.hpp"
 #include "experiments/base/machine.hpp"
+#include "experiments/campaign/carrier.hpp"
 #include "experiments/campaign/ensemble.hpp"
 #include "experiments/campaign/library.hpp"
 #include "experiments/campaign/simulated_system.hpp"
@@ -10,56 +11,13 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 namespace solenoid {
 namespace {
-
-/// A copy of a variant's or scenario's table that means the same beside `inputs`.
-struct Carried {
-  toml::table table;
-  std::string key;  ///< the table's text with each file's content in place of its name
-};
-
-/// Copies a table; every text in it that names a readable .csv or .toml file is carried into campaign.inputs.
-class Carrier {
- public:
-  explicit Carrier(std::vector<InputFile>& inputs) : inputs_(inputs) {}
-
-  Carried carry(const Document& document) {
-    toml::table moved = document.root(), keyed = moved;
-    rewrite(moved, keyed, document);
-    return {std::move(moved), toml_text(keyed)};
-  }
-
- private:
-  void rewrite(toml::table& moved, toml::table& keyed, const Document& document) {
-    for (auto&& [key, node] : moved) {
-      if (toml::table* inner = node.as_table()) rewrite(*inner, *keyed[key].as_table(), document);
-      const auto* text = node.as_string();
-      if (!text || !(text->get().ends_with(".csv") || text->get().ends_with(".toml"))) continue;
-      const auto content = document.linked(text->get());
-      if (!content) continue;
-      const std::string hash = fingerprint(*content);
-      keyed.insert_or_assign(key, "content " + hash);
-      moved.insert_or_assign(key, add(text->get(), hash, *content));
-    }
-  }
-
-  std::string add(const std::string& path, const std::string& hash, const std::string& content) {
-    const std::filesystem::path file(path);
-    std::string stem = file.stem().string();
-    if (const std::string tail = "-" + hash; stem.ends_with(tail)) stem.resize(stem.size() - tail.size());
-    std::string name = fmt::format("inputs/{}-{}{}", stem, hash, file.extension().string());
-    if (std::none_of(inputs_.begin(), inputs_.end(), [&](const InputFile& f) { return f.name == name; }))
-      inputs_.push_back({name, content});
-    return name;
-  }
-
-  std::vector<InputFile>& inputs_;
-};
 
 template <class T>
 void refuse_twice(const std::vector<T>& values, const auto& fail) {
@@ -88,7 +46,9 @@ std::vector<std::string> variant_names(Library& library, const Selection& select
   return names;
 }
 
-constexpr std::size_t most_seeds = 10'000, most_runs = 100'000;
+constexpr std::size_t most_seeds = 10'000;
+constexpr double most_runs = 1e8;  // whose records are 100 GB, after months on a hundred cores: more is a mistake
+constexpr std::size_t most_checked = 1000;  // members of an ensemble that are read with the campaign: in some 0.1 s
 
 std::vector<std::uint64_t> read_seeds(Library& library) {
   TableReader* listing = library.with_key("seeds");
@@ -101,21 +61,54 @@ std::vector<std::uint64_t> read_seeds(Library& library) {
   return {seeds.begin(), seeds.end()};
 }
 
+/// A scenario's table that is wanted: whole, or of its ensemble some members, counted from 0.
+struct ChosenScenario {
+  Library::Entry* entry;
+  bool whole;
+  std::set<std::size_t> members{};
+};
+
+std::optional<Ensemble> ensemble_of(Library::Entry& entry) {
+  if (!entry.reader.has("ensemble")) return std::nullopt;
+  TableReader table = entry.reader.table("ensemble");
+  return read_ensemble(table, simulation_of(read_system(entry.reader)).quantities());
+}
+
+/// Which of the wanted names are members of a scenario, and takes these off the list.
+std::set<std::size_t> members_among(std::vector<std::string>& wanted, const std::string& scenario,
+                                    Library::Entry& entry) {
+  std::set<std::size_t> members;
+  std::erase_if(wanted, [&](const std::string& name) {
+    const auto member = member_named(name);
+    if (!member || member->scenario != scenario) return false;
+    const auto ensemble = ensemble_of(entry);
+    if (!ensemble || member->number > static_cast<std::size_t>(ensemble->members)) return false;
+    members.insert(member->number - 1);
+    return true;
+  });
+  return members;
+}
+
 /// Scenarios of the selection, in the campaign's order.
-std::vector<Library::Entry*> chosen_scenarios(Library& library, const Selection& selection) {
+std::vector<ChosenScenario> chosen_scenarios(Library& library, const Selection& selection) {
   if (library.scenarios().empty())
     library.root().fail("scenario", "missing (allowed: at least one table headed [[scenario]])");
-  std::vector<Library::Entry*> chosen;
-  std::vector<std::string> names;
+  std::vector<ChosenScenario> chosen;
+  std::vector<std::string> names, wanted = selection.scenarios;
   for (Library::Entry& entry : library.scenarios()) {
     names.push_back(entry.reader.text("name"));
-    if (selection.scenarios.empty() ||
-        std::find(selection.scenarios.begin(), selection.scenarios.end(), names.back()) != selection.scenarios.end())
-      chosen.push_back(&entry);
+    if (selection.scenarios.empty() || std::erase(wanted, names.back()) > 0) chosen.push_back({&entry, true});
   }
-  for (const std::string& wanted : selection.scenarios)
-    if (std::find(names.begin(), names.end(), wanted) == names.end())
-      throw ConfigError(fmt::format("--scenario: '{}' is not known (allowed: {})", wanted, fmt::join(names, ", ")));
+  for (std::size_t i = 0; i < names.size() && !wanted.empty(); ++i) {
+    Library::Entry& entry = library.scenarios()[i];
+    const auto members = members_among(wanted, names[i], entry);
+    if (!members.empty() && std::ranges::find(chosen, &entry, &ChosenScenario::entry) == chosen.end())
+      chosen.push_back({&entry, false, members});
+  }
+  for (const std::string& name : wanted)
+    throw ConfigError(fmt::format("--scenario: '{}' is not known (allowed: {}{})", name, fmt::join(names, ", "),
+                                  member_named(name) ? ", and members of their ensembles" : ""));
+  std::ranges::sort(chosen, {}, &ChosenScenario::entry);  // they are elements of one vector
   return chosen;
 }
 
@@ -191,7 +184,7 @@ class CampaignReader {
       Document variant = entry.document->part(entry.path, *entry.table);
       believe(variant);
       Carried carried = carrier_.carry(variant);
-      variant_keys_.push_back(name + "\n" + carried.key);
+      variant_keys_.push_back(name + "\n" + toml_text(carried.key));
       names.push_back(name);
       tables.insert(name, std::move(carried.table));
       resolved_.comes_from("variant." + name, variant, variant.path());
@@ -239,56 +232,91 @@ class CampaignReader {
   }
 
   void take_scenarios() {
-    for (Library::Entry* entry : chosen_scenarios(library_, selection_)) {
-      const auto quantities = simulation_of(read_system(entry->reader)).quantities();
-      std::optional<Ensemble> ensemble;
-      if (entry->reader.has("ensemble")) {
-        TableReader table = entry->reader.table("ensemble");
-        ensemble = read_ensemble(table, quantities);
+    for (const ChosenScenario& chosen : chosen_scenarios(library_, selection_)) {
+      Library::Entry& entry = *chosen.entry;
+      const auto ensemble = ensemble_of(entry);
+      const auto quantities = simulation_of(read_system(entry.reader)).quantities();
+      if (ensemble)
         for (const std::string& key : drawn_keys(quantities, false))
-          if (entry->reader.has(key)) entry->reader.fail(key, "beside ensemble, which draws it (allowed: one of them)");
-      }
-      const ScenarioConfig scenario = read_scenario(entry->reader);
+          if (entry.reader.has(key)) entry.reader.fail(key, "beside ensemble, which draws it (allowed: one of them)");
+      ScenarioConfig scenario = read_scenario(entry.reader);
+      const Document document = entry.document->part(entry.path, *entry.table);
       if (!ensemble) {
-        take_scenario(scenario, entry->document->part(entry->path, *entry->table));
+        take_scenario(std::move(scenario), document);
         continue;
       }
-      for (const toml::table& member : ensemble_scenarios(*ensemble, quantities, *entry->table)) {
-        const auto drawn = std::make_shared<Document>(entry->document->part(entry->path, member));
-        for (const std::string& key : drawn_keys(quantities, true))
-          if (!entry->table->contains(key)) drawn->set_by(entry->path + "." + key, entry->reader.where("ensemble"));
-        TableReader reader(drawn);
-        take_scenario(read_scenario(reader), *drawn);
-      }
+      const Carried carried = carrier_.carry(document);
+      Document table = entry.document->part(entry.path, carried.table);
+      for (const InputFile& file : carried.files) table.carry(file.name, file.text);
+      const auto members =
+          std::make_shared<const EnsembleMembers>(*ensemble, quantities, table, entry.reader.where("ensemble"));
+      for (const std::size_t member : chosen.members) take_scenario(members->read(member), members->document(member));
+      if (chosen.whole) take_ensemble(members, document, carried);
     }
+    refuse_namesakes();
     resolved_.root().insert("scenario", std::move(scenario_tables_));
   }
 
-  void take_scenario(const ScenarioConfig& scenario, const Document& document) {
-    campaign_.scenarios.push_back(scenario);
+  void take_scenario(ScenarioConfig scenario, const Document& document) {
     for (const VariantConfig& variant : campaign_.variants) check_pair(scenario, variant, document);
-    resolved_.comes_from(fmt::format("scenario[{}]", scenario_tables_.size()), document, document.path());
     Carried carried = carrier_.carry(document);
-    scenario_keys_.push_back(carried.key);
-    scenario_tables_.push_back(std::move(carried.table));
+    const ScenarioText text = scenario_text(carried.key, simulation_of(scenario).quantities());
+    campaign_.scenarios.add(std::move(scenario), fingerprint(text.rest) + "\n" + text.drawn);
+    keep_table(document, std::move(carried.table));
+  }
+
+  /// The ensemble stays as it is written: the resolved campaign of a million members is no longer than that of one.
+  void take_ensemble(const std::shared_ptr<const EnsembleMembers>& members, const Document& document, Carried carried) {
+    for (std::size_t member = 0; member < std::min(members->size(), most_checked); ++member)
+      check_member(members->document(member));
+    if (members->size() > most_checked)
+      for (const bool high : {false, true}) check_member(members->corner(high));
+    const std::string same = scenario_text(carrier_.carry(members->document(0)).key, members->quantities()).rest;
+    campaign_.scenarios.add(members, fingerprint(same) + "\n");
+    drawn_.emplace(members->scenario(), members->size());
+    keep_table(document, std::move(carried.table));
+  }
+
+  void check_member(Document document) const {
+    const auto member = std::make_shared<const Document>(std::move(document));
+    TableReader reader(member);
+    const ScenarioConfig scenario = read_scenario(reader);
+    for (const VariantConfig& variant : campaign_.variants) check_pair(scenario, variant, *member);
+  }
+
+  void keep_table(const Document& document, toml::table table) {
+    resolved_.comes_from(fmt::format("scenario[{}]", scenario_tables_.size()), document, document.path());
+    scenario_tables_.push_back(std::move(table));
+  }
+
+  /// No scenario is called as a member of another is.
+  void refuse_namesakes() const {
+    for (const std::string& name : campaign_.scenarios.tasks()) {
+      const auto member = member_named(name);
+      const auto drawn = member ? drawn_.find(member->scenario) : drawn_.end();
+      if (drawn != drawn_.end() && member->number <= drawn->second)
+        library_.root().fail("scenario", fmt::format("'{}' is a member of the ensemble '{}' too (allowed: one scenario "
+                                                     "a name)",
+                                                     name, member->scenario));
+    }
   }
 
   void cross() {
-    const std::size_t runs = campaign_.scenarios.size() * campaign_.variants.size() * campaign_.seeds.size();
+    const auto scenarios = static_cast<double>(campaign_.scenarios.size());  // the product of whole numbers may wrap
+    const double runs =
+        scenarios * static_cast<double>(campaign_.variants.size()) * static_cast<double>(campaign_.seeds.size());
     if (runs > most_runs)
       library_.root().fail(
           "seeds",
-          fmt::format("{} scenarios, {} variants and {} seeds are {} runs (allowed: at most {})",
+          fmt::format("{} scenarios, {} variants and {} seeds are {:.0f} runs (allowed: at most {:.0f})",
                       campaign_.scenarios.size(), campaign_.variants.size(), campaign_.seeds.size(), runs, most_runs));
-    for (std::size_t s = 0; s < campaign_.scenarios.size(); ++s)
-      for (std::size_t v = 0; v < campaign_.variants.size(); ++v)
-        for (const std::uint64_t seed : campaign_.seeds) {
-          CampaignRun run{v, s, seed, "", ""};
-          run.id = run_id(campaign_.scenarios[s].name, campaign_.variants[v].name, seed);
-          run.hash = fingerprint(fmt::format("{}\n{}{}\n{}\n{}", program_fingerprint(), plugins_, variant_keys_[v],
-                                             scenario_keys_[s], seed));
-          campaign_.runs.push_back(std::move(run));
-        }
+    std::vector<RunList::Variant> variants;
+    for (std::size_t v = 0; v < campaign_.variants.size(); ++v) {
+      Fingerprint key;
+      key.add(fmt::format("{}\n{}{}\n", program_fingerprint(), plugins_, variant_keys_[v]));
+      variants.push_back({campaign_.variants[v].name, key});
+    }
+    campaign_.runs = RunList(std::move(variants), campaign_.scenarios, campaign_.seeds);
   }
 
   Library& library_;
@@ -298,14 +326,11 @@ class CampaignReader {
   Document resolved_;
   toml::array scenario_tables_;
   std::string plugins_;  // fingerprints
-  std::vector<std::string> variant_keys_, scenario_keys_;
+  std::vector<std::string> variant_keys_;
+  std::map<std::string, std::size_t> drawn_;  // members of each ensemble
 };
 
 }  // namespace
-
-std::string run_id(const std::string& scenario, const std::string& variant, std::uint64_t seed) {
-  return fmt::format("{}--{}--s{}", scenario, variant, seed);
-}
 
 Campaign read_campaign(Library& library, const Selection& selection) {
   return CampaignReader(library, selection).read();
@@ -328,7 +353,8 @@ Campaign read_real_time_task(const std::string& campaign, const std::string& var
   if (!scenario.empty()) selection.scenarios = {scenario};
   Campaign task = read_campaign(
       campaign.empty() ? simulation_of(system_of(shipped_variant(variant))).real_time_campaign() : campaign, selection);
-  task.scenarios.resize(1);
+  task.scenarios = task.scenarios.first();
+  task.runs = task.runs.over(task.scenarios, task.seeds);
   return task;
 }
 

@@ -2,7 +2,7 @@
 
 #include "controllers/systems.hpp"
 #include "controllers/variant.hpp"
-#include "experiments/campaign/scenario.hpp"
+#include "experiments/campaign/run_list.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -17,8 +17,8 @@ class Document;
 /// list or not.
 struct Selection {
   std::vector<std::string> variants{};
-  std::vector<std::string> scenarios{};
-  std::string model = {};     ///< a parameter set's name or file in place of every variant's own
+  std::vector<std::string> scenarios{};  ///< tables, or of one with `ensemble` single members
+  std::string model = {};                ///< a parameter set's name or file in place of every variant's own
   bool loads_plugins = true;  ///< whether the campaign may have files of plug-ins loaded: not what came with results
   bool leaves_out = false;    ///< whether what needs a refused plug-in is left out; otherwise the campaign is refused
 };
@@ -35,25 +35,14 @@ struct InputFile {
   std::string text;
 };
 
-/// One cell of variants x scenarios x seeds.
-struct CampaignRun {
-  std::size_t variant = 0, scenario = 0;
-  std::uint64_t seed = 1;
-  std::string id;    ///< run_id()
-  std::string hash;  ///< of everything configured that the run's result depends on
-};
-
-/// SCENARIO--VARIANT--sSEED, after which the files of a run are named.
-std::string run_id(const std::string& scenario, const std::string& variant, std::uint64_t seed);
-
 /// Variants crossed with scenarios and seeds, read and checked.
 struct Campaign {
   std::string name;
   const System* system = nullptr;  ///< whose variants and scenarios they are
   std::vector<VariantConfig> variants;
-  std::vector<ScenarioConfig> scenarios;
+  ScenarioList scenarios;
   std::vector<std::uint64_t> seeds;
-  std::vector<CampaignRun> runs;             ///< in canonical order: by scenario, then variant, then seed
+  RunList runs;                              ///< all of them
   std::shared_ptr<const Document> resolved;  ///< the same campaign in one document, `inputs` carried
   std::string resolved_toml;                 ///< its text, which needs `inputs` beside it
   std::vector<InputFile> inputs;
@@ -70,7 +59,8 @@ double period_of(const Campaign& campaign);
 ///   include         other TOML files, relative to this one, or shipped ones by name
 ///   variants        names of shipped, included or own variants
 ///   seeds           whole numbers, default [1]
-///   [[scenario]]    tasks; those of included files come first; one with `ensemble` stands for as many as it draws
+///   [[scenario]]    tasks; those of included files come first; one with `ensemble` stands for as many as it draws, of
+///                   which the first 1000 are read and checked now, and the ends of the intervals
 ///   [variant.NAME]  own variants; they override included and shipped ones
 ///
 /// An included file lends its variants and scenarios, and its `variants` and `seeds` where this file has none.

@@ -163,7 +163,7 @@ void ResultsFolder::write_manifest(std::string_view status, std::span<const RunR
       {"host", machine.host}, {"cpu", machine.cpu}, {"cores", machine.cores}, {"kernel", machine.kernel}};
   json["jobs"] = jobs_;
   json["variants"] = names(campaign_.variants);
-  json["scenarios"] = names(campaign_.scenarios);
+  json["scenarios"] = campaign_.scenarios.tasks();
   json["seeds"] = campaign_.seeds;
   json["started"] = started_;
   if (status != "running") json["ended"] = timestamp();

@@ -124,7 +124,14 @@ RunRecord record_of(const Campaign& campaign, const CampaignRun& run, const Metr
 }
 
 RunRecord failed_record(const Campaign& campaign, const CampaignRun& run, const std::string& reason) {
-  RunRecord record = described(campaign, run);
+  RunRecord record{
+      campaign.variants[run.variant].name, campaign.scenarios.name(run.scenario), "", {}, run.seed, "", {}};
+  try {
+    record = described(campaign, run);
+  } catch (const ConfigError&) {  // a member of an ensemble that cannot be read: that is the reason
+    record.conditions.resize(campaign.system->description().conditions.size());
+    record.system = campaign.system->name();
+  }
   record.status = "failed: " + reason;
   return record;
 }

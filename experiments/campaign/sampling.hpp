@@ -25,7 +25,8 @@ const std::vector<std::string>& sampling_names();
 class Sampler {
  public:
   static constexpr std::size_t most_shuffled = 999;  ///< all of them are kept
-  /// Of any method: Sobol' points differ in 2^32 places, and a campaign's runs have to fit beside each other on a disk.
+  /// Of any method: their runs' records are 10 GB for each variant. It is also as far as `latin_hypercube` keeps every
+  /// point in its slice; `sobol` would go on to 2^32.
   static constexpr std::size_t most_points = 10'000'000;
 
   /// Throws std::invalid_argument without points, or with more than the method has: `most_points`, `most_shuffled`, and

@@ -21,6 +21,7 @@
 #include <cstdio>
 #include <functional>
 #include <optional>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -79,18 +80,12 @@ class StatusLine {
 /// The chosen cell of the campaign, once for each repeat, with a seed of its own.
 Campaign campaign_of(const RunArguments& options) {
   Campaign campaign = read_real_time_task(options.campaign, options.variant, options.scenario);
-  ScenarioConfig& scenario = campaign.scenarios.front();
-  if (options.duration_s > 0) scenario.duration_s = options.duration_s;
-  const CampaignRun first = campaign.runs.front();
-  campaign.runs.clear();
   campaign.seeds.clear();
-  for (int i = 0; i < options.repeat; ++i) {
-    CampaignRun run = first;
-    run.seed = options.seed + static_cast<std::uint64_t>(i);
-    run.id = run_id(scenario.name, options.variant, run.seed);
-    campaign.seeds.push_back(run.seed);
-    campaign.runs.push_back(run);
-  }
+  for (int i = 0; i < options.repeat; ++i) campaign.seeds.push_back(options.seed + static_cast<std::uint64_t>(i));
+  campaign.runs = campaign.runs.over(campaign.scenarios, campaign.seeds);
+  ScenarioConfig scenario = campaign.scenarios.front();
+  if (options.duration_s > 0) scenario.duration_s = options.duration_s;
+  campaign.scenarios = ScenarioList::only(std::move(scenario));
   return campaign;
 }
 

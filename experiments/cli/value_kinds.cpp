@@ -1,7 +1,6 @@
 #include "experiments/cli/value_kinds.hpp"
 
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/campaign/ensemble.hpp"
 #include "experiments/systems/actuator/thesis/reproduce.hpp"
 
 #include <algorithm>
@@ -35,7 +34,7 @@ std::vector<std::string> variant_names(const std::string& campaign) {
 std::vector<std::string> scenario_names(const std::string& campaign) {
   std::vector<std::string> names;
   const auto add = [&](const Campaign& from) {
-    for (const ScenarioConfig& scenario : from.scenarios) add_once(names, ensemble_name(scenario.name));
+    for (const std::string& task : from.scenarios.tasks()) add_once(names, task);
   };
   if (const auto own = campaign_named(campaign))
     add(*own);

@@ -66,7 +66,7 @@ struct Findings {
 /// The variant's solver on random problems.
 class Certifier {
  public:
-  Certifier(const VariantConfig& variant, const std::vector<ScenarioConfig>& tasks, std::uint64_t seed)
+  Certifier(const VariantConfig& variant, const ScenarioList& tasks, std::uint64_t seed)
       : problems_(variant, tasks, seed),
         tools_(system_of(variant).tools(problems_.variant())),
         solver_(make_solver(problems_.variant())),
@@ -253,8 +253,8 @@ Campaign tasks_of(const CertifyTask& task) {
 }
 
 /// The same in worker processes; those that an interrupt ends leave nothing.
-Findings measure_in_processes(const CertifyTask& task, const VariantConfig& variant,
-                              const std::vector<ScenarioConfig>& tasks, std::size_t every, const WorkCosts& costs) {
+Findings measure_in_processes(const CertifyTask& task, const VariantConfig& variant, const ScenarioList& tasks,
+                              std::size_t every, const WorkCosts& costs) {
   const auto jobs = static_cast<std::size_t>(task.jobs);
   const std::size_t share = std::clamp<std::size_t>(task.states / (8 * jobs), 500, 20000);
   std::vector<std::size_t> items((task.states + share - 1) / share);

@@ -27,8 +27,7 @@ std::vector<StateRange> finite_ranges(const VariantConfig& variant) {
 
 }  // namespace
 
-RandomProblems::RandomProblems(const VariantConfig& variant, const std::vector<ScenarioConfig>& tasks,
-                               std::uint64_t seed)
+RandomProblems::RandomProblems(const VariantConfig& variant, const ScenarioList& tasks, std::uint64_t seed)
     : told_(told(variant, tasks.at(0))),
       system_(system_of(variant).description()),
       ranges_(finite_ranges(told_)),
@@ -37,7 +36,7 @@ RandomProblems::RandomProblems(const VariantConfig& variant, const std::vector<S
     const VariantConfig here = told(variant, task);
     if (here.timing != told_.timing)
       throw ConfigError(fmt::format("scenario '{}' has another sampling than '{}' (allowed: tasks of one)", task.name,
-                                    tasks[0].name));
+                                    tasks.name(0)));
     posed_.push_back({task.trajectory, system_of(here).problem(here)});
   }
 }

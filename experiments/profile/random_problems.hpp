@@ -1,7 +1,7 @@
 #pragma once
 
 #include "controllers/system.hpp"
-#include "experiments/campaign/scenario.hpp"
+#include "experiments/campaign/scenario_list.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -25,7 +25,7 @@ namespace solenoid {
 class RandomProblems {
  public:
   /// Throws ConfigError for a state without a range, or tasks of another sampling than the first's.
-  RandomProblems(const VariantConfig& variant, const std::vector<ScenarioConfig>& tasks, std::uint64_t seed);
+  RandomProblems(const VariantConfig& variant, const ScenarioList& tasks, std::uint64_t seed);
 
   /// The variant told of the first task.
   const VariantConfig& variant() const { return told_; }

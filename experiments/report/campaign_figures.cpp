@@ -15,7 +15,7 @@ namespace {
 
 void draw_run(Results& results, const StoredRun& run, const std::string& path, FigureFormat format) {
   const VariantConfig* variant = results.variant(run.record.variant);
-  const ScenarioConfig* scenario = results.scenario(run.record.scenario);
+  const std::optional<ScenarioConfig> scenario = results.scenario(run.record.scenario);
   const std::optional<Trace> trace = read_trace(results, run);
   if (!trace || trace->ticks.empty() || trace->panels.empty() || !variant || !scenario)
     throw ConfigError(

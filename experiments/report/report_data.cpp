@@ -108,9 +108,10 @@ class Published {
   explicit Published(const Results& results) : results_(results) {}
   const Json& of(const RunRecord& record) {
     const auto [at, fresh] = known_.try_emplace({record.variant, record.scenario});
+    if (!fresh) return at->second;
     const VariantConfig* variant = results_.variant(record.variant);
-    const ScenarioConfig* scenario = results_.scenario(record.scenario);
-    if (fresh && variant && scenario) at->second = simulation_of(*scenario).published(*variant, *scenario);
+    const std::optional<ScenarioConfig> scenario = results_.scenario(record.scenario);
+    if (variant && scenario) at->second = simulation_of(*scenario).published(*variant, *scenario);
     return at->second;
   }
 

@@ -89,7 +89,8 @@ bool belongs_to(const Results& results, const RunRecord& record) {
   const bool known_seed =
       seeds == results.manifest.end() || std::ranges::find(*seeds, Json(record.seed)) != seeds->end();
   const bool known_system = &description_of(record) == &results.campaign.system->description();
-  return known_system && known_seed && results.variant(record.variant) && results.scenario(record.scenario);
+  return known_system && known_seed && results.variant(record.variant) &&
+         results.campaign.scenarios.find(record.scenario);
 }
 
 /// Once, however often the log is read.
@@ -104,7 +105,10 @@ void leave_end_out(Results& results, const std::string& id, const RecordedRun& l
 }  // namespace
 
 const VariantConfig* Results::variant(const std::string& name) const { return find(campaign.variants, name); }
-const ScenarioConfig* Results::scenario(const std::string& name) const { return find(campaign.scenarios, name); }
+std::optional<ScenarioConfig> Results::scenario(const std::string& name) const {
+  const auto i = campaign.scenarios.find(name);
+  return i ? std::optional(campaign.scenarios[*i]) : std::nullopt;
+}
 
 const StoredRun& Results::run(const std::string& id) const {
   const auto found = std::ranges::find(runs, id, &StoredRun::id);
@@ -131,7 +135,7 @@ void require_manifest(const Json& manifest, const std::string& name) {
 
 void sort_runs(const Campaign& campaign, std::vector<StoredRun>& runs) {
   std::ranges::sort(runs, {}, [&](const StoredRun& run) {
-    return std::tuple(index_of(campaign.scenarios, run.record.scenario),
+    return std::tuple(campaign.scenarios.find(run.record.scenario).value_or(campaign.scenarios.size()),
                       index_of(campaign.variants, run.record.variant), run.record.seed, run.id);
   });
 }
@@ -165,7 +169,7 @@ std::optional<Trace> read_trace(Results& results, const StoredRun& run) {
   }
   const std::string log = log_of(results.folder, run.id);
   const VariantConfig* variant = results.variant(run.record.variant);
-  const ScenarioConfig* scenario = results.scenario(run.record.scenario);
+  const std::optional<ScenarioConfig> scenario = results.scenario(run.record.scenario);
   std::error_code ignored;
   if (!fs::exists(log, ignored) || !variant || !scenario) return std::nullopt;
   const RecordedRun recorded = read_run(log);

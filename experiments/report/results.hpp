@@ -34,7 +34,7 @@ struct Results {
 
   /// Nothing for a name that is not the campaign's.
   const VariantConfig* variant(const std::string& name) const;
-  const ScenarioConfig* scenario(const std::string& name) const;
+  std::optional<ScenarioConfig> scenario(const std::string& name) const;
   /// Throws ConfigError naming those there are.
   const StoredRun& run(const std::string& id) const;
 };

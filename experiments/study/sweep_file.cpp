@@ -56,9 +56,15 @@ PrintedSeries read_printed(TableReader table, std::size_t figures) {
   return printed;
 }
 
+bool any_begins_with(const ScenarioList& scenarios, const std::string& prefix) {
+  for (std::size_t i = 0; i < scenarios.size(); ++i)
+    if (scenarios.name(i).starts_with(prefix)) return true;
+  return false;
+}
+
 void check_scenarios(const TableReader& table, const StudyTable& t, const Campaign& campaign) {
   for (const std::string& prefix : t.scenarios)
-    if (std::ranges::none_of(campaign.scenarios, [&](const auto& s) { return s.name.starts_with(prefix); }))
+    if (!any_begins_with(campaign.scenarios, prefix))
       table.fail("scenarios", fmt::format("no scenario's name begins with '{}'", prefix));
 }
 

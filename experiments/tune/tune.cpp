@@ -68,8 +68,8 @@ double error_of(const Score& s, TuneAim aim) {
 class Candidates {
  public:
   explicit Candidates(const TuneSettings& settings) : settings_(settings), base_(campaign_of(settings)) {
-    for (const ScenarioConfig& s : base_.scenarios)
-      (s.name.starts_with(held_out_prefix) ? held_out_ : training_).push_back(s.name);
+    for (const std::string& name : base_.scenarios.tasks())
+      (name.starts_with(held_out_prefix) ? held_out_ : training_).push_back(name);
     if (training_.empty() || held_out_.empty())
       throw ConfigError(
           fmt::format("{}: {} scenarios to train on, {} held out (allowed: some of each; those whose names "

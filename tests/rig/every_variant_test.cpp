@@ -35,7 +35,7 @@ class EveryVariant : public testing::TestWithParam<std::string> {
  protected:
   EveryVariant() : campaign(read_campaign("rig", {{GetParam()}, {"cycloidal"}})) {}
   const VariantConfig& variant() const { return campaign.variants.front(); }
-  const ScenarioConfig& scenario() const { return campaign.scenarios.front(); }
+  ScenarioConfig scenario() const { return campaign.scenarios.front(); }
   bool plans() const { return !variant().is_feedback_law(); }
   FaultOutcome after(const std::string& fault, double until_s, double rearm_s = -1.0) const {
     return simulate_fault(GetParam(), fault, fault, true, until_s, rearm_s);

@@ -270,8 +270,12 @@ duration_s = 0.5
 TEST(ProfileInstances, OtherSystemsInstancesRepeatToo) {
   for (const char* name : {"thrusters", "inverter"}) {
     Campaign campaign = read_campaign(name);
-    for (ScenarioConfig& s : campaign.scenarios)
+    ScenarioList shortened;
+    for (ScenarioConfig s : campaign.scenarios) {
       s.duration_s = std::min(s.duration_s, 40 * s.system->description().timing.period_s());
+      shortened.add(s, "");
+    }
+    campaign.scenarios = shortened;
     const InstanceSet set = record_instances(campaign, 60);
     const std::string bytes = instance_bytes(set);
     const InstanceSet again = parse_instances(bytes, name);
