@@ -4,8 +4,8 @@ usage: keeper.py COMMAND ...
 
 Daemons of a cluster put their children beyond the reach of whoever started them: `slurmd` forks twice, its `slurmstepd`
 starts sessions of its own. The keeper makes the kernel hand such orphans to it, so that all of them stay its descendants.
-When its standard input ends, which happens too when the process that started it dies in any way, it kills them all with
-SIGKILL, as a machine would that loses its power. It does the same when the command ends by itself, whose exit code it returns.
+On SIGTERM it kills them all with SIGKILL, as a loss of power would. It does the same when its standard input ends, as it does
+when the process that started it dies in any way, and when the command ends by itself, whose exit code it returns.
 """
 import ctypes
 import os
@@ -68,19 +68,18 @@ def main():
     woken, waker = os.pipe()
     os.set_blocking(waker, False)
     signal.set_wakeup_fd(waker)
-    signal.signal(signal.SIGCHLD, lambda *_: None)
+    for woken_by in (signal.SIGCHLD, signal.SIGTERM):
+        signal.signal(woken_by, lambda *_: None)
     command = subprocess.Popen(sys.argv[1:], stdin=subprocess.DEVNULL)
     code = None
     while code is None:
         readable, _, _ = select.select([sys.stdin, woken], [], [])
-        if woken in readable:
-            os.read(woken, 4096)
-        code = reap().get(command.pid)
-        if sys.stdin in readable:
-            code = 0
+        # Each byte is the number of a signal.
+        told = sys.stdin in readable or signal.SIGTERM in os.read(woken, 4096)
+        code = 0 if told else reap().get(command.pid)
     kill_all()
     # A command that a signal ended has a negative code.
-    os._exit(code if code >= 0 else 128 - code)
+    sys.exit(code if code >= 0 else 128 - code)
 
 
 if __name__ == "__main__":
