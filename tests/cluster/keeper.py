@@ -2,10 +2,11 @@
 
 usage: keeper.py COMMAND ...
 
-Daemons of a cluster put their children beyond the reach of whoever started them: `slurmd` forks twice, its `slurmstepd`
-starts sessions of its own. The keeper makes the kernel hand such orphans to it, so that all of them stay its descendants.
-On SIGTERM it kills them all with SIGKILL, as a loss of power would. It does the same when its standard input ends, as it does
-when the process that started it dies in any way, and when the command ends by itself, whose exit code it returns.
+Daemons of a cluster put their children beyond the reach of whoever started them: `slurmd` forks twice, its
+`slurmstepd` starts sessions of its own. The keeper makes the kernel hand such orphans to it, so that all of them stay
+its descendants. On SIGTERM it kills them all with SIGKILL, as a loss of power would. It does the same when its standard
+input ends, as it does when the process that started it dies in any way, and when the command ends by itself, whose exit
+code it returns.
 """
 import ctypes
 import os

@@ -1,8 +1,9 @@
 """A Slurm cluster on one machine, for tests: munged, slurmctld and any number of slurmd, each a simulated node.
 
-It needs no systemd, no configured host and no network but loopback, listens on free ports, and keeps all its files (key,
-sockets, states, logs) in one temporary folder. Nothing of the machine's own Slurm or MUNGE is read or changed. Each daemon is
-run by `keeper.py`, so that nothing outlives the cluster, nor the process that made it.
+It needs no systemd, no configured host and no network but loopback, listens on free ports, and keeps all its files
+(key, sockets, states, logs) in one temporary folder. Nothing of the machine's own Slurm or MUNGE is read or changed.
+Any user may run it. Each daemon is run by `keeper.py`, so that nothing outlives the cluster, nor the process that made
+it.
 
     with SlurmCluster(nodes=2) as cluster:
         job = cluster.submit("#!/bin/sh\\nhostname\\n", "--array=0-9")
@@ -46,7 +47,8 @@ OPTIONS = ("SLURM", "SBATCH", "SCANCEL", "SCONTROL", "SINFO", "SQUEUE", "SRUN")
 LIMIT_S = 240
 PAUSE_S = 0.1
 
-FINISHED = ("BOOT_FAIL", "CANCELLED", "COMPLETED", "DEADLINE", "FAILED", "NODE_FAIL", "OUT_OF_MEMORY", "PREEMPTED", "TIMEOUT")
+FINISHED = ("BOOT_FAIL", "CANCELLED", "COMPLETED", "DEADLINE", "FAILED", "NODE_FAIL", "OUT_OF_MEMORY", "PREEMPTED",
+            "TIMEOUT")
 
 CONFIGURATION = """\
 ClusterName=simulated
@@ -86,8 +88,8 @@ SchedulerParameters=sched_interval=1,bf_interval=1,batch_sched_delay=0
 MaxArraySize={max_array_size}
 MaxJobCount={max_jobs}
 
-# How soon a node that dies is down: each attempt to reach it lasts MessageTimeout, and it may be silent for SlurmdTimeout.
-# A node that comes back is used again as soon as it registers.
+# How soon a node that dies is down: each attempt to reach it lasts MessageTimeout, and it may be silent for
+# SlurmdTimeout. A node that comes back is used again as soon as it registers.
 MessageTimeout={message_timeout_s}
 SlurmdTimeout={node_timeout_s}
 ReturnToService=2
@@ -122,8 +124,9 @@ class Job:
 
 
 class SlurmCluster:
-    """Nodes node0, node1, ... of `cpus` claimed processors each, in one partition. A node that dies is down within about three
-    times `message_timeout_s`; its jobs start elsewhere `requeue_delay_s` later. Finished jobs are listed for `remembered_s`."""
+    """Nodes node0, node1, ... of `cpus` claimed processors each, in one partition. A node that dies is down after about
+    three times `message_timeout_s`; its jobs start elsewhere `requeue_delay_s` later. Finished jobs are listed for
+    `remembered_s`."""
 
     def __init__(self,
                  nodes=2,
@@ -160,7 +163,8 @@ class SlurmCluster:
 
     def start(self):
         """Returns when every node is idle."""
-        self.folder = Path(tempfile.mkdtemp(prefix="slurm-"))
+        # Not in $TMPDIR: the paths of sockets have to be short.
+        self.folder = Path(tempfile.mkdtemp(prefix="slurm-", dir="/tmp"))
         atexit.register(self.stop)
         # munged wants a folder that its clients may enter.
         self.folder.chmod(0o755)
@@ -189,7 +193,8 @@ class SlurmCluster:
         """What a command prints that is run in the cluster's folder; an error where it fails."""
         done = subprocess.run(command, input=text, capture_output=True, text=True, env=self.env(), cwd=self.folder)
         if done.returncode != 0:
-            raise RuntimeError(f"{' '.join(map(str, command))}: exit code {done.returncode}: {done.stdout}{done.stderr}")
+            said = done.stdout + done.stderr
+            raise RuntimeError(f"{' '.join(map(str, command))}: exit code {done.returncode}: {said}")
         return done.stdout
 
     def submit(self, script, *options):
@@ -311,8 +316,8 @@ class SlurmCluster:
 
 
 def _free_ports(count):
-    """Ports that nobody listens on. They are below those that the kernel gives to outgoing connections, for one of these could
-    take the port of a node that is down."""
+    """Ports that nobody listens on. They are below those that the kernel gives to outgoing connections, one of which
+    could take the port of a node that is down."""
     try:
         end = int(Path("/proc/sys/net/ipv4/ip_local_port_range").read_text().split()[0])
     except OSError:

@@ -1,5 +1,5 @@
-"""The simulated cluster does what campaigns are tested on: arrays, tasks that fail, dependent jobs, nodes that die and come
-back. Skipped where Slurm is missing, but not under CI."""
+"""The simulated cluster does what campaigns are tested on: arrays, tasks that fail, dependent jobs, nodes that die and
+come back. Skipped where Slurm is missing, but not under CI."""
 
 import os
 import signal
@@ -81,17 +81,18 @@ class OneCluster(unittest.TestCase):
             echo 2 >> lines.$SLURM_ARRAY_JOB_ID
             sleep 1000
         """), "--array=0-3")
-        after = self.cluster.submit(script("squeue -h -r -j $JOB -t PD,R,CG,CF | wc -l > unfinished"),
+        after = self.cluster.submit(script("squeue -h -r -j $JOB -t PD,CF,R | wc -l > unfinished"),
                                     f"--dependency=afterany:{job}", f"--export=ALL,JOB={job}")
         never = self.cluster.submit(script("true"), f"--dependency=afterok:{job}", "--kill-on-invalid-dep=yes")
         self.wait_running(job, 1)
-        self.assertEqual(("PENDING", "Dependency"), (self.cluster.jobs(after)[after].state, self.cluster.jobs(after)[after].reason))
+        waiting = self.cluster.jobs(after)[after]
+        self.assertEqual(("PENDING", "Dependency"), (waiting.state, waiting.reason))
         self.cluster.run("scancel", f"{job}_2")
         self.cluster.wait_idle()
-        tasks = self.cluster.jobs(job)
-        self.assertEqual([("FAILED", 3, 0), ("FAILED", 0, signal.SIGKILL), ("CANCELLED", 0, signal.SIGTERM), ("COMPLETED", 0, 0)],
-                         [(tasks[f"{job}_{task}"].state, tasks[f"{job}_{task}"].exit_code, tasks[f"{job}_{task}"].signal)
-                          for task in range(4)])  # yapf: disable
+        ended = [self.cluster.jobs(job)[f"{job}_{task}"] for task in range(4)]
+        self.assertEqual(["FAILED", "FAILED", "CANCELLED", "COMPLETED"], [task.state for task in ended])
+        self.assertEqual([3, 0, 0, 0], [task.exit_code for task in ended])
+        self.assertEqual([0, signal.SIGKILL, signal.SIGTERM, 0], [task.signal for task in ended])
         self.assertEqual("COMPLETED", self.cluster.jobs(after)[after].state)
         self.assertEqual("0", (self.cluster.folder / "unfinished").read_text().strip())
         self.assertEqual("CANCELLED", self.cluster.jobs(never)[never].state)
@@ -103,7 +104,8 @@ class OneCluster(unittest.TestCase):
             setsid sleep 1000 &
             until [ -e go ]; do sleep 0.1; done
         """), "--array=0-1")
-        after = self.cluster.submit(script("cp lines.$JOB seen"), f"--dependency=afterany:{job}", f"--export=ALL,JOB={job}")
+        after = self.cluster.submit(script("cp lines.$JOB seen"), f"--dependency=afterany:{job}",
+                                    f"--export=ALL,JOB={job}")
         lost = self.wait_running(job, 2)["node1"]
         killed = self.cluster.processes("node1")
         self.assertTrue({"slurmd", "slurmstepd", "sleep"} <= {command_name(process) for process in killed})
@@ -147,7 +149,8 @@ class NothingIsLeft(unittest.TestCase):
             import os, signal, slurm_cluster
             cluster = slurm_cluster.SlurmCluster(nodes=1)
             cluster.start()
-            print(cluster.folder, *cluster.processes(), *(keeper.pid for keeper in cluster.keepers.values()), flush=True)
+            keepers = [keeper.pid for keeper in cluster.keepers.values()]
+            print(cluster.folder, *cluster.processes(), *keepers, flush=True)
             os.kill(os.getpid(), signal.SIGKILL)
         """
         died = subprocess.run([sys.executable, "-c", starts], capture_output=True, text=True, cwd=Path(__file__).parent)
