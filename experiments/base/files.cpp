@@ -5,11 +5,13 @@
 #include <cstring>
 #include <filesystem>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <sys/utsname.h>
 #include <unistd.h>
 
 namespace solenoid {
@@ -20,20 +22,27 @@ namespace {
 }
 
 /// 0, or the errno of the first failure.
-int write_and_sync(const std::string& path, std::string_view text) {
-  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (file < 0) return errno;
-  int error = 0;
-  while (!text.empty() && error == 0) {
+int write_all(int file, std::string_view text) {
+  while (!text.empty()) {
     const ssize_t n = ::write(file, text.data(), text.size());
     if (n > 0)
       text.remove_prefix(static_cast<std::size_t>(n));
     else if (n == 0 || errno != EINTR)
-      error = n == 0 ? EIO : errno;
+      return n == 0 ? EIO : errno;
   }
+  return 0;
+}
+
+/// The same; closes the file.
+int sync_and_close(int file, int error) {
   if (error == 0 && ::fsync(file) != 0 && errno != EINVAL) error = errno;
   if (::close(file) != 0 && error == 0) error = errno;
   return error;
+}
+
+std::string temporary_of(const std::string& path, Writers writers) {
+  if (writers == Writers::one) return path + ".tmp";
+  return fmt::format("{}.{}-{}.tmp", path, machine_name(), ::getpid());
 }
 
 /// So that a file's new name outlasts a loss of power; where folders cannot be synced nothing is asked.
@@ -54,14 +63,72 @@ void require_no_device(const std::string& path) {
   throw OutputError(fmt::format("{}: is {} (allowed: a regular file)", path, kind));
 }
 
-void write_file_atomically(const std::string& path, std::string_view text) {
-  const std::string temporary = path + ".tmp";
-  require_no_device(temporary);
-  int error = write_and_sync(temporary, text);
-  if (error == 0 && std::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
-  if (error == 0) return sync_folder_of(path);
-  ::unlink(temporary.c_str());
-  refuse(path, error);
+void write_file_atomically(const std::string& path, std::string_view text, Writers writers) {
+  AtomicFile file(path, writers);
+  file.write(text);
+  file.close();
+}
+
+AtomicFile::AtomicFile(std::string path, Writers writers)
+    : path_(std::move(path)), temporary_(temporary_of(path_, writers)) {
+  require_no_device(temporary_);
+  file_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (file_ < 0) refuse(path_, errno);
+}
+
+AtomicFile::~AtomicFile() {
+  if (file_ < 0) return;
+  ::close(file_);
+  ::unlink(temporary_.c_str());
+}
+
+void AtomicFile::write(std::string_view text) {
+  constexpr std::size_t at_once = 1 << 16;
+  buffer_ += text;
+  if (buffer_.size() >= at_once) flush();
+}
+
+void AtomicFile::flush() {
+  if (const int error = write_all(file_, buffer_)) refuse(path_, error);
+  buffer_.clear();
+}
+
+void AtomicFile::close() {
+  flush();
+  int error = sync_and_close(std::exchange(file_, -1), 0);
+  if (error == 0 && std::rename(temporary_.c_str(), path_.c_str()) != 0) error = errno;
+  if (error == 0) return sync_folder_of(path_);
+  ::unlink(temporary_.c_str());
+  refuse(path_, error);
+}
+
+std::string machine_name() {
+  utsname system{};
+  return ::uname(&system) == 0 ? system.nodename : "unknown";
+}
+
+void AtomicFile::make_executable() {
+  if (::fchmod(file_, 0755) != 0) refuse(path_, errno);
+}
+
+void copy_file_synced(const std::string& from, const std::string& to, bool executable) {
+  const int source = ::open(from.c_str(), O_RDONLY | O_CLOEXEC);
+  if (source < 0) throw OutputError(fmt::format("{}: cannot be read: {}", from, std::strerror(errno)));
+  std::vector<char> block(1 << 20);
+  ssize_t n = 0;
+  try {
+    AtomicFile copy(to, Writers::several);
+    if (executable) copy.make_executable();
+    while ((n = ::read(source, block.data(), block.size())) != 0) {
+      if (n > 0) copy.write({block.data(), static_cast<std::size_t>(n)});
+      if (n < 0 && errno != EINTR) throw OutputError(fmt::format("{}: cannot be read: {}", from, std::strerror(errno)));
+    }
+    copy.close();
+  } catch (...) {
+    ::close(source);
+    throw;
+  }
+  ::close(source);
 }
 
 void create_folder(const std::string& path) {

@@ -20,8 +20,41 @@ class OutputError : public std::runtime_error {
 /// Throws OutputError for a pipe, a device or a socket, on which a writer would wait, or do something else than write.
 void require_no_device(const std::string& path);
 
+/// Who may write a file at the same time: one process, or several, on other machines too, that write the same.
+enum class Writers { one, several };
+
 /// Replaces a file whole or not at all: writes a temporary neighbour, syncs and renames it. Throws OutputError.
-void write_file_atomically(const std::string& path, std::string_view text);
+void write_file_atomically(const std::string& path, std::string_view text, Writers writers = Writers::one);
+
+/// A file that is written piece by piece and appears under its name whole, or not at all, when it is closed.
+class AtomicFile {
+ public:
+  /// Throws OutputError.
+  explicit AtomicFile(std::string path, Writers writers = Writers::one);
+  /// Has it be a program once it is closed.
+  void make_executable();
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  /// Throws OutputError.
+  void write(std::string_view text);
+  /// Syncs and renames it. Throws OutputError.
+  void close();
+
+ private:
+  void flush();
+
+  std::string path_, temporary_, buffer_;
+  int file_ = -1;
+};
+
+/// Copies a file, whose copy appears whole or not at all and is on the disk then; `executable`: as a program. Throws
+/// OutputError.
+void copy_file_synced(const std::string& from, const std::string& to, bool executable = false);
+
+/// This machine's, for names of files that no other machine makes.
+std::string machine_name();
 
 /// Creates a folder and its parents. Throws OutputError.
 void create_folder(const std::string& path);

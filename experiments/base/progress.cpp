@@ -19,8 +19,12 @@ std::size_t terminal_columns() {
 
 }  // namespace
 
-Progress::Progress(std::size_t total, std::size_t reused)
-    : terminal_(::isatty(STDERR_FILENO) != 0), total_(total), done_(reused), reused_(reused) {
+Progress::Progress(std::size_t total, std::size_t reused, int between_lines_s)
+    : terminal_(::isatty(STDERR_FILENO) != 0),
+      between_lines_(between_lines_s),
+      total_(total),
+      done_(reused),
+      reused_(reused) {
   if (reused > 0) std::fprintf(stderr, "%zu of %zu runs are there already\n", reused, total);
 }
 
@@ -46,7 +50,7 @@ void Progress::ended(const std::string& run, const std::string& status) {
   if (terminal_ && troubled) {
     close();
     std::fprintf(stderr, "%s: %s\n", run.c_str(), status.c_str());
-  } else if (!terminal_ && (troubled || done_ == total_ || now - last_line_ >= std::chrono::seconds(1))) {
+  } else if (!terminal_ && (troubled || done_ == total_ || now - last_line_ >= between_lines_)) {
     last_line_ = now;
     std::fprintf(stderr, "%zu/%zu, %s left: %s %s\n", done_, total_, eta().c_str(), run.c_str(), status.c_str());
   }

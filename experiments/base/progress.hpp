@@ -5,10 +5,11 @@
 
 namespace solenoid {
 
-/// Progress of a campaign on standard error: one moving line on a terminal, else plain lines, at most one a second.
+/// Progress of a campaign on standard error: one moving line on a terminal, else plain lines, not more often than every so
+/// many seconds.
 class Progress {
  public:
-  Progress(std::size_t total, std::size_t reused);
+  Progress(std::size_t total, std::size_t reused, int between_lines_s = 1);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -25,6 +26,7 @@ class Progress {
   std::string eta() const;
 
   bool terminal_;
+  std::chrono::seconds between_lines_;
   std::size_t total_, done_, reused_;
   std::string current_;
   Clock::time_point begin_ = Clock::now(), last_line_{};

@@ -157,6 +157,7 @@ class CampaignReader {
       throw PluginError(campaign_.without.plugins.front());
     take_scenarios();
     campaign_.system = campaign_.scenarios.front().system;
+    campaign_.maker = plugins_.empty() ? program_fingerprint() : program_fingerprint() + "+" + fingerprint(plugins_);
     cross();
     for (const InputFile& input : campaign_.inputs) resolved_.carry(input.name, input.text);
     campaign_.resolved_toml =
@@ -313,7 +314,7 @@ class CampaignReader {
     std::vector<RunList::Variant> variants;
     for (std::size_t v = 0; v < campaign_.variants.size(); ++v) {
       Fingerprint key;
-      key.add(fmt::format("{}\n{}{}\n", program_fingerprint(), plugins_, variant_keys_[v]));
+      key.add(variant_keys_[v] + "\n");
       variants.push_back({campaign_.variants[v].name, key});
     }
     campaign_.runs = RunList(std::move(variants), campaign_.scenarios, campaign_.seeds);
@@ -356,6 +357,12 @@ Campaign read_real_time_task(const std::string& campaign, const std::string& var
   task.scenarios = task.scenarios.first();
   task.runs = task.runs.over(task.scenarios, task.seeds);
   return task;
+}
+
+std::string identity_of(const Campaign& campaign) {
+  std::string hashes = campaign.maker;
+  for (const CampaignRun& run : campaign.runs) hashes += run.hash;
+  return fingerprint(hashes);
 }
 
 double period_of(const Campaign& campaign) {

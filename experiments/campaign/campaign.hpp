@@ -46,8 +46,12 @@ struct Campaign {
   std::shared_ptr<const Document> resolved;  ///< the same campaign in one document, `inputs` carried
   std::string resolved_toml;                 ///< its text, which needs `inputs` beside it
   std::vector<InputFile> inputs;
+  std::string maker;  ///< the program and the plug-ins that make its results: others' are other results
   WithoutPlugins without{};
 };
+
+/// Of everything that a campaign's results depend on: its runs, and who makes them.
+std::string identity_of(const Campaign& campaign);
 
 /// The control period of a campaign's first variant in its first scenario [s].
 double period_of(const Campaign& campaign);

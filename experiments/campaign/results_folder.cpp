@@ -1,89 +1,128 @@
 #include "experiments/campaign/results_folder.hpp"
 
 #include "core/config/reader.hpp"
-#include "experiments/base/build_info.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/machine.hpp"
-#include "experiments/campaign/run_file.hpp"
-#include "experiments/plugin/load_plugin.hpp"
+#include "experiments/campaign/manifest.hpp"
+#include "experiments/campaign/written_runs.hpp"
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/spdlog.h>
 #include <sys/file.h>
 #include <unistd.h>
 
 namespace solenoid {
+
+namespace fs = std::filesystem;
+
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-/// JSON of any text, bytes that are not UTF-8 replaced.
-std::string dump(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
-
-Json counts(const Campaign& campaign, std::span<const RunRecord> records) {
-  const auto count = [&](auto which) { return std::count_if(records.begin(), records.end(), which); };
-  const auto ok = count([](const RunRecord& r) { return r.ok(); });
-  const auto failed = count([](const RunRecord& r) { return r.failed(); });
-  const auto ended = static_cast<std::ptrdiff_t>(records.size());
-  return {{"runs", campaign.runs.size()},
-          {"ok", ok},
-          {"unstable", ended - ok - failed},
-          {"failed", failed},
-          {"missing", static_cast<std::ptrdiff_t>(campaign.runs.size()) - ended}};
+void tell_of_older_runs(const std::string& folder) {
+  if (fs::is_directory(folder + "/runs"))
+    std::fprintf(stderr, "solenoid: %s/runs: what the version before wrote is done again, and shown no more\n",
+                 folder.c_str());
 }
 
-template <class T>
-Json names(const std::vector<T>& configs) {
-  Json list = Json::array();
-  for (const T& config : configs) list.push_back(config.name);
-  return list;
+/// An end of a shard's file that is no whole record, unless somebody is writing it.
+void take_off_torn_end(const std::string& path) {
+  if (!fs::exists(path)) return;
+  try {
+    const FrameWriter whole(path);
+  } catch (const FileInUse&) {
+    // its own business
+  }
 }
 
 }  // namespace
 
 void write_inputs(const std::vector<InputFile>& inputs, const std::string& folder) {
   for (const InputFile& input : inputs) {
-    const std::filesystem::path path = std::filesystem::path(folder) / input.name;
+    const fs::path path = fs::path(folder) / input.name;
     create_folder(path.parent_path().string());
-    write_file_atomically(path.string(), input.text);
+    write_file_atomically(path.string(), input.text, Writers::several);
   }
 }
 
-ResultsFolder::ResultsFolder(const std::string& path, const Campaign& campaign, int jobs)
-    : path_(path), campaign_(campaign), jobs_(jobs), started_(timestamp()) {
-  create_folder(file("runs"));
-  for (const char* name : {".lock", ".room", "log.txt"}) require_no_device(file(name));
-  lock();
+void write_campaign(const Campaign& campaign, const std::string& folder) {
+  write_inputs(campaign.inputs, folder);
+  write_file_atomically(folder + "/resolved.toml", campaign.resolved_toml, Writers::several);
+}
+
+FolderLock::FolderLock(const std::string& folder, Kind kind) {
+  const std::string path = folder + "/.lock";
+  file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+  if (file_ < 0) throw OutputError(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
+  const int wanted = kind == Kind::alone ? LOCK_EX : LOCK_SH;
+  if (::flock(file_, wanted | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;  // not every file system has locks
+  ::close(file_);
+  throw OutputError(fmt::format("{}: in use by another solenoid", folder));
+}
+
+FolderLock::~FolderLock() { ::close(file_); }
+
+ResultsFolder::ResultsFolder(const std::string& path, const Campaign& campaign, const Settings& settings)
+    : path_(path), campaign_(campaign), settings_(settings), started_(timestamp()), runs_(path, campaign) {
+  create_folder(path_);
+  for (const std::string& name :
+       {std::string(".lock"), std::string(".room"), std::string("log.txt"), shard_file() + ".runs"})
+    require_no_device(file(name));
+  lock_.emplace(path_, settings_.shard.alone ? FolderLock::Kind::alone : FolderLock::Kind::shared);
+  if (settings_.shard.alone)
+    begin_alone();
+  else
+    begin_shard();
+}
+
+ResultsFolder::~ResultsFolder() { give_room_back(); }
+
+void ResultsFolder::begin_alone() {
   keep_room();
-  write_manifest("running", {});
+  write("manifest.json", manifest_text(campaign_, {"running", "", started_, "", settings_.jobs, 0}, nullptr));
   ::unlink(file("runs.csv").c_str());
-  write_inputs(campaign.inputs, path_);
-  write_file_atomically(file("resolved.toml"), campaign.resolved_toml);
+  tell_of_older_runs(path_);
+  create_folder(file("shards"));
+  write_campaign(campaign_, path_);
   open_log();
-  log(fmt::format("campaign {}: {} runs, {} jobs", campaign.name, campaign.runs.size(), jobs));
+  log(fmt::format("campaign {}: {} runs, {} jobs", campaign_.name, campaign_.runs.size(), settings_.jobs));
+  runs_.refresh();
 }
 
-ResultsFolder::~ResultsFolder() {
-  give_room_back();
-  if (lock_ >= 0) ::close(lock_);
+void ResultsFolder::begin_shard() {
+  prepare_for_shards(campaign_, path_, settings_.shard.count);
+  const std::string own = settings_.shard.name(), alike = own.substr(own.find("-of-"));
+  // A run that another shard of as many has is not ours.
+  runs_.refresh([&](const std::string& name) { return name == own || !name.ends_with(alike); });
+  if (settings_.scratch.empty()) return;
+  scratch_.emplace(settings_.scratch, file(shard_file()));
+  if (scratch_->left_before()) runs_.add_file(scratch_->path());
 }
 
-void ResultsFolder::lock() {
-  lock_ = ::open(file(".lock").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
-  if (lock_ < 0) throw OutputError(fmt::format("{}: cannot be written: {}", file(".lock"), std::strerror(errno)));
-  if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
-    ::close(lock_);
-    lock_ = -1;
-    throw OutputError(fmt::format("{}: in use by another solenoid", path_));
-  }
+void prepare_for_shards(const Campaign& campaign, const std::string& folder, int shards) {
+  const auto there = read_whole_file(folder + "/resolved.toml", file_size::configuration);
+  if (there && *there != campaign.resolved_toml)
+    throw ConfigError(
+        fmt::format("{}/resolved.toml: is of another campaign (allowed: a new folder, or this campaign's)", folder));
+  const auto maker = maker_of(folder);
+  if (maker && *maker != campaign.maker)
+    throw ConfigError(
+        fmt::format("{}/manifest.json: its runs are made by another program or other plug-ins, {}; this is "
+                    "{} (allowed: a new folder, or that program)",
+                    folder, *maker, campaign.maker));
+  if (!fs::exists(folder + "/shards")) tell_of_older_runs(folder);
+  create_folder(folder + "/shards");
+  if (!there) write_campaign(campaign, folder);
+  if (!maker)
+    write_file_atomically(folder + "/manifest.json",
+                          manifest_text(campaign, {"running", "", timestamp(), "", 0, shards}, nullptr),
+                          Writers::several);
 }
 
 void ResultsFolder::keep_room() {
@@ -95,7 +134,9 @@ void ResultsFolder::keep_room() {
   if (!kept) give_room_back();
 }
 
-void ResultsFolder::give_room_back() noexcept { ::unlink(file(".room").c_str()); }
+void ResultsFolder::give_room_back() noexcept {
+  if (settings_.shard.alone) ::unlink(file(".room").c_str());
+}
 
 void ResultsFolder::write(const std::string& name, std::string_view bytes) {
   try {
@@ -120,70 +161,110 @@ void ResultsFolder::open_log() {
   });
 }
 
-void ResultsFolder::log(std::string_view line) { log_->info("{}", line); }
+void ResultsFolder::log(std::string_view line) {
+  if (log_) log_->info("{}", line);
+}
 
-std::optional<RunRecord> ResultsFolder::finished_before(const CampaignRun& run) {
+bool ResultsFolder::finished_before(std::size_t run) {
+  using Ending = StoredRuns::Ending;
+  if (runs_.ending(run) != Ending::ok && runs_.ending(run) != Ending::unstable) return false;
   try {
-    const auto kept = read_run_file(file("runs/" + run.id + ".json"));
-    if (!kept || kept->configuration != run.hash || kept->record.failed()) return std::nullopt;
-    require_checksums(*kept, file("runs/" + run.id + ".json"));
-    require_trace(*kept, file("runs/" + run.id + ".trace"));
-    return kept->record;
+    runs_.trace(run);
+    return true;
   } catch (const ConfigError& error) {
     log(error.what());
     distrusted_.push_back(error.what());
-    return std::nullopt;
+    runs_.forget(run);
+    return false;
   }
 }
 
-void ResultsFolder::add(const CampaignRun& run, const RunRecord& record, std::string_view trace) {
-  if (trace.empty())
-    ::unlink(file("runs/" + run.id + ".trace").c_str());  // of an earlier run
+std::vector<std::string> ResultsFolder::distrusted() const {
+  std::vector<std::string> lines = distrusted_;
+  for (const auto& more : {runs_.damage(), runs_.strangers()}) lines.insert(lines.end(), more.begin(), more.end());
+  return lines;
+}
+
+ShardWriter& ResultsFolder::writer() {
+  if (writer_) return *writer_;
+  WritingSession session = session_of(campaign_);
+  session.logged = settings_.logged;
+  writer_ = std::make_unique<ShardWriter>(scratch_ ? scratch_->path() : file(shard_file()), session);
+  return *writer_;
+}
+
+void ResultsFolder::add(std::string_view encoded, std::string_view trace) {
+  try {
+    writer().add(encoded, trace);
+  } catch (const OutputError&) {
+    give_room_back();
+    leave_scratch();
+    writer().add(encoded, trace);
+  }
+  const RunHead head = decode_head(encoded);
+  log(fmt::format("{}: {}", run_id(std::string(head.scenario), std::string(head.variant), head.seed),
+                  first_line(std::string(head.status))));
+  sync_now_and_then();
+}
+
+/// What a loss of power may take: half a minute of runs, of which each is done again.
+void ResultsFolder::sync_now_and_then() {
+  constexpr auto often_enough = std::chrono::seconds(30);
+  const auto now = std::chrono::steady_clock::now();
+  if (scratch_ || now - synced_ < often_enough) return;
+  synced_ = now;
+  writer().sync();
+}
+
+/// A node's disk may be full where the folder's is not.
+void ResultsFolder::leave_scratch() {
+  if (!scratch_) return;
+  const bool written = writer_ != nullptr || scratch_->left_before();
+  writer_.reset();
+  scratch_->put_back(written);
+  scratch_.reset();
+}
+
+void ResultsFolder::put_back() {
+  const bool added = writer_ != nullptr || (scratch_ && scratch_->left_before());
+  if (scratch_)
+    leave_scratch();
+  else if (writer_)
+    writer_->sync();
   else
-    write("runs/" + run.id + ".trace", trace);
-  write("runs/" + run.id + ".json", run_file_text(run.hash, record, trace));
-  log(fmt::format("{}: {}", run.id, first_line(record.status)));
+    take_off_torn_end(file(shard_file() + ".runs"));
+  if (added) ::unlink(file("runs.csv").c_str());  // it is not of all any more
 }
 
-void ResultsFolder::write_manifest(std::string_view status, std::span<const RunRecord> records,
-                                   std::string_view reason) {
-  const BuildInfo build = build_info();
-  const Machine machine = this_machine();
-  Json json = {{"campaign", campaign_.name}, {"status", status}};
-  if (!reason.empty()) json["reason"] = reason;
-  json["program"] = {{"version", build.version},
-                     {"git_revision", build.git_revision.empty() ? "unknown" : build.git_revision},
-                     {"compiler", build.compiler},
-                     {"build_type", build.build_type},
-                     {"fingerprint", program_fingerprint()}};
-  if (!loaded_plugins().empty()) json["plugins"] = Json::array();
-  for (const LoadedPlugin& plugin : loaded_plugins())
-    json["plugins"].push_back({{"name", plugin.name}, {"file", plugin.path}, {"fingerprint", plugin.fingerprint}});
-  json["machine"] = {
-      {"host", machine.host}, {"cpu", machine.cpu}, {"cores", machine.cores}, {"kernel", machine.kernel}};
-  json["jobs"] = jobs_;
-  json["variants"] = names(campaign_.variants);
-  json["scenarios"] = campaign_.scenarios.tasks();
-  json["seeds"] = campaign_.seeds;
-  json["started"] = started_;
-  if (status != "running") json["ended"] = timestamp();
-  json["counts"] = counts(campaign_, records);
-  write("manifest.json", dump(json));
-}
-
-void ResultsFolder::close(std::string_view status, std::span<const RunRecord> records) {
+void ResultsFolder::close(std::string_view status) {
   give_room_back();
   log(status);
-  write("runs.csv", to_csv(records));
-  write_manifest(status, records);
+  put_back();
+  if (!settings_.shard.alone) return;
+  runs_.refresh();
+  write_runs_csv(path_, campaign_, runs_);
+  write("manifest.json",
+        manifest_text(campaign_, {std::string(status), "", started_, timestamp(), settings_.jobs, 0}, &runs_));
 }
 
 void ResultsFolder::abandon(std::string_view reason) noexcept {
   try {
-    write_manifest("failed", {}, reason);
-  } catch (const std::exception&) {
+    put_back();
+    if (!settings_.shard.alone) return;
+    runs_.refresh();
+    write("manifest.json",
+          manifest_text(campaign_, {"failed", std::string(reason), started_, timestamp(), settings_.jobs, 0}, &runs_));
+  } catch (const std::exception& error) {
     // Somebody else took the room that was kept: the manifest goes on saying "running", and runs.csv stays absent.
+    if (scratch_)
+      std::fprintf(stderr, "solenoid: %s\n", error.what());  // where a shard's work is, nobody finds out otherwise
   }
+}
+
+void write_runs_csv(const std::string& folder, const Campaign& campaign, const StoredRuns& runs) {
+  AtomicFile csv(folder + "/runs.csv", Writers::several);
+  write_csv(runs, campaign.system->description(), [&](std::string_view text) { csv.write(text); });
+  csv.close();
 }
 
 }  // namespace solenoid

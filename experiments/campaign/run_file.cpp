@@ -48,14 +48,6 @@ std::string text_at(const Json& file, const std::string& key, const std::string&
 
 }  // namespace
 
-std::string run_file_text(const std::string& configuration, const RunRecord& record, std::string_view trace) {
-  Json json = {{"configuration", configuration}, {"run", to_json(record)}};
-  json = Json::parse(compact(json));  // as it will be read
-  json["checksums"]["run"] = run_checksum(json);
-  if (!trace.empty()) json["checksums"]["trace"] = checksum(trace);
-  return json.dump(2) + "\n";
-}
-
 std::optional<RunFile> read_run_file(const std::string& path) {
   const auto text = read_whole_file(path, file_size::record);
   if (!text) return std::nullopt;
@@ -67,11 +59,6 @@ std::optional<RunFile> read_run_file(const std::string& path) {
     refuse_damage(path, "is damaged: its checksum is another");
   if (json.at("checksums").contains("trace")) file.trace = text_at(json, "checksums.trace", path);
   return file;
-}
-
-void require_checksums(const RunFile& run, const std::string& path) {
-  if (!run.checked) refuse_damage(path, "has no checksum");
-  if (!run.trace) refuse_damage(path, "has no checksum of its trace");
 }
 
 void require_trace(const RunFile& run, const std::string& path) {

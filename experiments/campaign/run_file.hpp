@@ -4,11 +4,10 @@
 
 #include <optional>
 #include <string>
-#include <string_view>
 
 namespace solenoid {
 
-/// A run as a results folder keeps it, runs/ID.json, beside which runs/ID.trace may lie:
+/// A run as the version before kept it (now: shard_file.hpp): runs/ID.json, beside which runs/ID.trace may lie:
 ///
 ///   {"configuration": HASH, "run": to_json(RunRecord), "checksums": {"run": CRC, "trace": CRC}}
 ///
@@ -21,14 +20,8 @@ struct RunFile {
   std::optional<std::string> trace;  ///< the checksum of its trace
 };
 
-/// The file's text, bytes that are not UTF-8 replaced.
-std::string run_file_text(const std::string& configuration, const RunRecord& record, std::string_view trace);
-
 /// Reads runs/ID.json. Nothing if it is not there. Throws ConfigError naming the file if it is damaged.
 std::optional<RunFile> read_run_file(const std::string& path);
-
-/// Throws ConfigError naming the file if it lacks a checksum of what `compare` keeps: the run, and its trace.
-void require_checksums(const RunFile& run, const std::string& path);
 
 /// Throws ConfigError naming the file unless the trace at `path` is the one that the run was written with; none, if it
 /// was written with none.

@@ -1,5 +1,6 @@
 #include "experiments/campaign/run_list.hpp"
 
+#include <charconv>
 #include <stdexcept>
 #include <utility>
 
@@ -45,6 +46,18 @@ std::optional<std::size_t> RunList::find(const std::string& scenario, const std:
   const auto k = seed_places_.find(seed);
   if (!s || v == variant_places_.end() || k == seed_places_.end()) return std::nullopt;
   return (*s * variants_.size() + v->second) * seeds_.size() + k->second;
+}
+
+std::optional<std::size_t> RunList::find(const std::string& id) const {
+  const std::size_t variant = id.find("--"), seed = id.rfind("--s");
+  if (variant == std::string::npos || seed <= variant) return std::nullopt;
+  std::uint64_t number = 0;
+  const char* end = id.data() + id.size();
+  const auto read = std::from_chars(id.data() + seed + 3, end, number);
+  if (read.ec != std::errc() || read.ptr != end) return std::nullopt;
+  const std::optional<std::size_t> found =
+      find(id.substr(0, variant), id.substr(variant + 2, seed - variant - 2), number);
+  return found && (*this)[*found].id == id ? found : std::nullopt;  // "s007" is none's
 }
 
 }  // namespace solenoid

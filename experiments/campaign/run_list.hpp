@@ -46,6 +46,8 @@ class RunList {
 
   /// Where the run of these names is.
   std::optional<std::size_t> find(const std::string& scenario, const std::string& variant, std::uint64_t seed) const;
+  /// The same of an ID.
+  std::optional<std::size_t> find(const std::string& id) const;
 
  private:
   std::vector<Variant> variants_;

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <type_traits>
 #include <vector>
 
@@ -17,22 +18,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// One of the solver's numbers, which every system has: the one list that JSON, CSV and reading back share.
-struct SolverColumn {
-  const char* name;
-  double Percentiles::*solve_us = nullptr;  ///< in JSON inside `solve_us`, by `inner`
-  const char* inner = nullptr;
-  int Metrics::*count = nullptr;
-  double Metrics::*number = nullptr;
-
-  double value(const Metrics& m) const {
-    if (number) return m.*number;
-    if (count) return m.*count;
-    return m.solve_us.*solve_us;
-  }
-};
-
-constexpr SolverColumn solver_columns[] = {
+constexpr SolverColumn columns[] = {
     {"solve_us_p50", &Percentiles::p50, "p50"},
     {"solve_us_p90", &Percentiles::p90, "p90"},
     {"solve_us_p99", &Percentiles::p99, "p99"},
@@ -117,7 +103,7 @@ RunRecord record_of(const Campaign& campaign, const CampaignRun& run, const Metr
   RunRecord record = described(campaign, run);
   bool finite = metrics.finite;
   for (const Metrics::Number& number : metrics.numbers()) finite = finite && std::isfinite(number.value);
-  for (const SolverColumn& column : solver_columns) finite = finite && std::isfinite(column.value(metrics));
+  for (const SolverColumn& column : columns) finite = finite && std::isfinite(column.value(metrics));
   record.status = finite ? "ok" : "unstable";
   if (finite) record.metrics = metrics;
   return record;
@@ -149,7 +135,7 @@ Json to_json(const RunRecord& record) {
     const Metrics& m = *record.metrics;
     for (const MetricColumn& metric : system.metrics)
       if (m.has(metric.key)) json[metric.key] = number_json(m.number(metric.key), metric.whole);
-    for (const SolverColumn& column : solver_columns) {
+    for (const SolverColumn& column : columns) {
       if (column.number) json[column.name] = m.*column.number;
       if (column.count) json[column.name] = m.*column.count;
       if (column.solve_us) json["solve_us"][column.inner] = m.solve_us.*column.solve_us;
@@ -174,7 +160,7 @@ RunRecord record_from_json(const Json& json, const std::string& name) {
   Metrics m;
   for (const MetricColumn& metric : description_of(record).metrics)
     if (json.contains(metric.key)) m.set(metric.key, run.value<double>(metric.key));
-  for (const SolverColumn& column : solver_columns) {
+  for (const SolverColumn& column : columns) {
     if (column.number) m.*column.number = run.value<double>(column.name);
     if (column.count) m.*column.count = run.value<int>(column.name);
     if (column.solve_us) m.solve_us.*column.solve_us = run.inside("solve_us").value<double>(column.inner);
@@ -186,23 +172,55 @@ RunRecord record_from_json(const Json& json, const std::string& name) {
 std::string to_csv(std::span<const RunRecord> records) {
   const SystemDescription& system =
       records.empty() ? systems().front()->description() : description_of(records.front());
+  std::string text = csv_heading(system);
+  for (const RunRecord& r : records) append_csv_line(r, system, text);
+  return text;
+}
+
+std::string csv_heading(const SystemDescription& system) {
   std::string text = "variant,scenario,trajectory";
   for (const Signal& condition : system.conditions) text += "," + condition.key;
   text += ",seed";
   for (const MetricColumn& metric : system.metrics) text += "," + metric.key;
-  for (const SolverColumn& column : solver_columns) text += fmt::format(",{}", column.name);
-  text += ",status\n";
-  for (const RunRecord& r : records) {
-    text += fmt::format("{},{},{}", csv_text(r.variant), csv_text(r.scenario), r.trajectory);
-    for (const double condition : r.conditions) text += fmt::format(",{}", condition);
-    text += fmt::format(",{}", r.seed);
-    for (const MetricColumn& metric : system.metrics)
-      text += r.metrics && r.metrics->has(metric.key) ? fmt::format(",{}", r.metrics->number(metric.key)) : ",";
-    for (const SolverColumn& column : solver_columns)
-      text += r.metrics ? fmt::format(",{}", column.value(*r.metrics)) : std::string(",");
-    text += fmt::format(",{}\n", csv_text(r.status));
-  }
-  return text;
+  for (const SolverColumn& column : columns) text += fmt::format(",{}", column.name);
+  return text + ",status\n";
 }
+
+void append_csv_line(const RunRecord& r, const SystemDescription& system, std::string& text) {
+  const auto append = [&](const auto& value) { fmt::format_to(std::back_inserter(text), ",{}", value); };
+  text += csv_text(r.variant);
+  append(csv_text(r.scenario));
+  append(r.trajectory);
+  for (const double condition : r.conditions) append(condition);
+  append(r.seed);
+  for (const MetricColumn& metric : system.metrics) {
+    if (r.metrics && r.metrics->has(metric.key))
+      append(r.metrics->number(metric.key));
+    else
+      text += ',';
+  }
+  for (const SolverColumn& column : columns) {
+    if (r.metrics)
+      append(column.value(*r.metrics));
+    else
+      text += ',';
+  }
+  append(csv_text(r.status));
+  text += '\n';
+}
+
+double SolverColumn::value(const Metrics& m) const {
+  if (number) return m.*number;
+  if (count) return m.*count;
+  return m.solve_us.*solve_us;
+}
+
+void SolverColumn::set(Metrics& m, double value) const {
+  if (number) m.*number = value;
+  if (count) m.*count = static_cast<int>(value);
+  if (solve_us) m.solve_us.*solve_us = value;
+}
+
+std::span<const SolverColumn> solver_columns() { return columns; }
 
 }  // namespace solenoid

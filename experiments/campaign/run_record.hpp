@@ -45,5 +45,21 @@ RunRecord record_from_json(const nlohmann::ordered_json& json, const std::string
 /// The same as a table: a heading line, then one line a run; numbers with all their digits, the timing columns
 /// beginning with solve_us_; a run without metrics leaves them empty.
 std::string to_csv(std::span<const RunRecord> records);
+/// Its lines, each with its end.
+std::string csv_heading(const SystemDescription& system);
+void append_csv_line(const RunRecord& record, const SystemDescription& system, std::string& text);
+
+/// One of the solver's numbers, which every system has: of the one list that JSON, CSV and what is kept of a run share.
+struct SolverColumn {
+  const char* name;
+  double Percentiles::*solve_us = nullptr;  ///< in JSON inside `solve_us`, by `inner`
+  const char* inner = nullptr;
+  int Metrics::*count = nullptr;
+  double Metrics::*number = nullptr;
+
+  double value(const Metrics& m) const;
+  void set(Metrics& m, double value) const;
+};
+std::span<const SolverColumn> solver_columns();
 
 }  // namespace solenoid

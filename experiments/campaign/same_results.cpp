@@ -1,12 +1,13 @@
 #include "experiments/campaign/same_results.hpp"
 
-#include "experiments/base/bounded_json.hpp"
-#include "experiments/base/files.hpp"
+#include "core/config/reader.hpp"
 #include "experiments/base/table.hpp"
-#include "experiments/campaign/trace.hpp"
+#include "experiments/campaign/manifest.hpp"
+#include "experiments/campaign/stored_runs.hpp"
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -14,8 +15,8 @@ namespace solenoid {
 namespace {
 
 /// A run's record without what differs between any two runs of the same.
-Json timeless(const std::string& text) {
-  Json json = parse_json(text, "a result").at("run");
+Json timeless(const RunRecord& record) {
+  Json json = to_json(record);
   json.erase("solve_us");
   json.erase("deadline_misses");
   return json;
@@ -29,34 +30,40 @@ bool same_traces(const Trace& ours, const Trace& theirs) {
   return same;
 }
 
+StoredRuns runs_of_folder(const std::string& folder, const Campaign& campaign) {
+  StoredRuns runs(folder, campaign, maker_of(folder).value_or(""));
+  runs.refresh();
+  return runs;
+}
+
 }  // namespace
 
-SameResults compare_results_folders(const std::string& expected, const std::string& found, bool whole,
-                                    const std::set<std::string>& left_out) {
+SameResults compare_results_folders(const std::string& expected, const std::string& found, bool whole) {
+  if (!std::filesystem::exists(expected + "/resolved.toml")) return {};
+  const Campaign campaign = read_campaign(expected + "/resolved.toml", {.loads_plugins = false});
+  const StoredRuns ours = runs_of_folder(expected, campaign), theirs = runs_of_folder(found, campaign);
   SameResults out;
-  for (const auto& entry : std::filesystem::directory_iterator(expected + "/runs")) {
-    const std::string name = entry.path().filename();
-    if (left_out.contains(name)) continue;
-    const auto differs = [&](std::string_view how) { out.differences.push_back(fmt::format("{}{}", name, how)); };
-    const auto text = read_whole_file(fmt::format("{}/runs/{}", found, name));
-    if (!text) {
+  for (std::size_t run = 0; run < ours.size(); ++run) {
+    const std::string id = campaign.runs[run].id;
+    const auto differs = [&](std::string_view how) { out.differences.push_back(fmt::format("{}{}", id, how)); };
+    if (!ours.has(run)) continue;
+    if (!theirs.has(run)) {
       if (whole) differs(" is not there");
       continue;
     }
+    ++out.records;
+    const Json record = timeless(theirs.read(run).record), wanted = timeless(ours.read(run).record);
+    const bool done_again = !whole && theirs.ending(run) == StoredRuns::Ending::failed;
+    if (record != wanted && !done_again)
+      differs(fmt::format(" differs: {} in place of {}", record.dump(), wanted.dump()));
+    if (done_again || !ours.traced(run)) continue;
     try {
-      const std::string ours = read_whole_file(entry.path()).value();
-      if (entry.path().extension() == ".trace") {
-        ++out.traces;
-        if (!same_traces(decode_trace(ours), decode_trace(*text))) differs(" differs");
-        continue;
-      }
-      ++out.records;
-      const Json record = timeless(*text);
-      const bool done_again = !whole && record.value("status", "").starts_with("failed");
-      if (record != timeless(ours) && !done_again)
-        differs(fmt::format(" differs: {} in place of {}", record.dump(), timeless(ours).dump()));
+      ++out.traces;
+      const auto trace = theirs.trace(run);
+      if (!trace || !same_traces(decode_trace(ours.trace(run).value()), decode_trace(*trace)))
+        differs("'s trace differs");
     } catch (const std::exception& error) {
-      differs(fmt::format(" cannot be read: {}", error.what()));
+      if (whole) differs(fmt::format("'s trace cannot be read: {}", error.what()));
     }
   }
   return out;

@@ -107,6 +107,13 @@ const Trace::Signal& Trace::signal(std::string_view name) const {
   return *found;
 }
 
+SolveHistogram solves_of(std::span<const TickRecord> ticks) {
+  SolveHistogram solves;
+  for (const TickRecord& t : ticks)
+    if (t.decision.solved) solves.add(t.decision.report.time_us);
+  return solves;
+}
+
 Trace make_trace(const VariantConfig& chosen, const ScenarioConfig& scenario, std::span<const TickRecord> ticks) {
   const VariantConfig variant = told(chosen, scenario);
   const System& system = system_of(variant);
@@ -124,8 +131,7 @@ Trace make_trace(const VariantConfig& chosen, const ScenarioConfig& scenario, st
   }
   trace.derived = std::move(layout.derived);
   trace.panels = std::move(layout.panels);
-  for (const TickRecord& t : ticks)
-    if (t.decision.solved) trace.solves.add(t.decision.report.time_us);
+  trace.solves = solves_of(ticks);
   return trace;
 }
 

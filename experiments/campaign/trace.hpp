@@ -28,6 +28,9 @@ struct SolveHistogram {
   std::int64_t& count_of(int bin);
 };
 
+/// Of a run's solves.
+SolveHistogram solves_of(std::span<const TickRecord> ticks);
+
 /// A run over time as reports draw it: small enough that a campaign keeps every tick of every run. What is kept, what is
 /// made of it and how it is drawn are its system's (TraceLayout), and go with it: whoever draws a trace knows no system.
 ///

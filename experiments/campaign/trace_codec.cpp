@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::string_view magic = "SLT2", magic_before = "SLT1";
+constexpr std::string_view trace_magic = "SLT2", trace_magic_before = "SLT1";
 constexpr std::int64_t no_number = std::int64_t{1} << 46;  // with its differences, exact as a double
 constexpr std::size_t most_header = 1'000'000;             // what a file may make of itself in memory
 constexpr std::size_t most_body = 128'000'000, most_numbers = 32'000'000;
@@ -331,13 +331,13 @@ std::string encode_trace(const Trace& trace) {
   const std::string text = header.dump();
   std::string length;
   for (int byte = 0; byte < 4; ++byte) length += static_cast<char>(text.size() >> (8 * byte) & 0xff);
-  return std::string(magic) + deflated(length + text + body);
+  return std::string(trace_magic) + deflated(length + text + body);
 }
 
 Trace decode_trace(std::string_view bytes) {
-  const bool before = bytes.starts_with(magic_before);
-  if (!before && !bytes.starts_with(magic)) throw std::invalid_argument("no trace: it does not begin with SLT2");
-  Inflater inflater(bytes.substr(magic.size()));
+  const bool before = bytes.starts_with(trace_magic_before);
+  if (!before && !bytes.starts_with(trace_magic)) throw std::invalid_argument("no trace: it does not begin with SLT2");
+  Inflater inflater(bytes.substr(trace_magic.size()));
   std::size_t length = 0;
   const std::string length_bytes = inflater.next(4);
   for (std::size_t byte = 0; byte < 4; ++byte)

@@ -4,6 +4,7 @@
 #include "experiments/base/interrupt.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/run_campaign.hpp"
+#include "experiments/campaign/written_runs.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/live_options.hpp"
 #include "experiments/cli/output_options.hpp"
@@ -11,6 +12,7 @@
 #include "experiments/report/comparison.hpp"
 #include "experiments/report/live/live_server.hpp"
 #include "experiments/report/pareto.hpp"
+#include "experiments/report/results.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -31,16 +33,39 @@ struct CompareArguments {
   OutputOptions output;
   CampaignOptions run;
   Selection selection;
+  std::string shard, traces = "all";
   bool details = false, live = false;
   int live_port = 0;
 };
 
+void add_notes(const Campaign& campaign, const std::string& folder, Result& result) {
+  if (std::string note = real_time_note(campaign.variants); !note.empty()) result.notes.push_back(std::move(note));
+  result.notes.push_back("Results: " + folder);
+}
+
+/// Of more runs than are worth having in memory one by one.
+void report_many(const Campaign& campaign, const CampaignResult& result, const CompareArguments& options) {
+  const SystemDescription& system = campaign.system->description();
+  if (options.output.format == "csv") return write_csv(*result.kept, system, write_standard_output);
+  Result found = result_of(table_of(*result.kept, system));
+  add_notes(campaign, result.folder, found);
+  if (options.output.format != "json") return options.output.write(found);
+  write_json(*result.kept, write_standard_output);
+  options.output.write_files(found);
+}
+
 void report(const Campaign& campaign, const CampaignResult& result, const CompareArguments& options) {
-  if (options.output.format == "csv") return write_standard_output(to_csv(result.records));
-  Result found = result_of(result.records, options.details || result.records.size() <= most_rows);
-  if (std::string note = real_time_note(campaign.variants); !note.empty()) found.notes.push_back(std::move(note));
-  found.notes.push_back("Results: " + result.folder);
+  const bool each = options.details && options.output.format == "table";
+  if (result.kept && result.ended > most_listed_runs && !each) return report_many(campaign, result, options);
+  const std::vector<RunRecord> records = result.records();
+  if (options.output.format == "csv") return write_standard_output(to_csv(records));
+  Result found = result_of(records, options.details || records.size() <= most_rows);
+  add_notes(campaign, result.folder, found);
   options.output.write(found);
+}
+
+void draw_pareto(const Campaign& campaign, const CampaignResult& result, const std::string& path) {
+  if (result.kept) draw_ranked(rank_variants(table_of(*result.kept, campaign.system->description())), path);
 }
 
 /// A page of the campaign's folder, if it is wanted.
@@ -58,27 +83,72 @@ void tell_left_out(const WithoutPlugins& out) {
     std::fprintf(stderr, "solenoid: left out without it: %s\n", fmt::format("{}", fmt::join(out.names, ", ")).c_str());
 }
 
+/// The share that is asked for, or that of the array's task which this is. Throws ConfigError.
+Shard shard_of(const CompareArguments& options) {
+  const bool asked = !options.shard.empty() && options.shard != "auto";
+  const std::optional<Shard> shard = asked ? parse_shard(options.shard) : shard_of_array_task();
+  if (!shard && !options.shard.empty()) throw ConfigError("--shard: auto outside of an array job (allowed: I/N)");
+  if (shard && !shard->alone && options.run.out.empty())
+    throw ConfigError(
+        fmt::format("--out: missing (allowed: the folder that all shards share; this is {}, and --shard "
+                    "1/1 is the whole campaign)",
+                    shard->text()));
+  return shard.value_or(Shard{});
+}
+
+/// How fast it went.
+void tell_throughput(const CampaignResult& result) {
+  if (result.done == 0 || !(result.wall_s > 0)) return;
+  std::fprintf(stderr, "solenoid: %zu runs in %.1f s, %.1f a second\n", result.done, result.wall_s,
+               static_cast<double>(result.done) / result.wall_s);
+}
+
+/// A share of a campaign, whose result `merge` makes.
+int compare_shard(const Campaign& campaign, const CompareArguments& options) {
+  const CampaignResult result = run_campaign(campaign, options.run);
+  tell_throughput(result);
+  std::fprintf(stderr, "solenoid: shard %s: %zu of %zu runs are done, %zu failed%s\n", options.run.shard.text().c_str(),
+               result.ended, result.runs, result.failed, result.interrupted ? "; interrupted" : "");
+  write_standard_output("Results: " + result.folder + "\n");
+  return result.interrupted ? interrupted : result.failed > 0 ? failure : success;
+}
+
+/// What makes no sense of a part of a campaign.
+void refuse_beside_parts(const CompareArguments& options) {
+  if (options.run.shard.alone || !(options.live || !options.pareto.empty() || !options.output.html.empty())) return;
+  throw ConfigError(fmt::format("{}: the campaign is not done here (allowed: without --shard; `merge` makes a report)",
+                                options.live              ? "--live"
+                                : !options.pareto.empty() ? "--pareto"
+                                                          : "--html"));
+}
+
 int compare(CompareArguments options) {
+  options.run.traces = TraceKeeping::of(options.traces);
+  options.run.shard = shard_of(options);
+  refuse_beside_parts(options);
+  if (!options.run.scratch.empty() && options.run.shard.alone)
+    throw ConfigError("--scratch: the campaign is not parted (allowed: with --shard)");
   options.selection.leaves_out = true;
   const Campaign campaign = read_campaign(options.campaign, options.selection);
   tell_left_out(campaign.without);
+  if (!options.run.shard.alone) return compare_shard(campaign, options);
   std::optional<InterruptGuard> guard;  // a live page stays until Ctrl-C
   if (options.live) guard.emplace();
   const std::unique_ptr<LiveServer> server = serve(campaign, options);
   const CampaignResult result = run_campaign(campaign, options.run);
+  tell_throughput(result);
   report(campaign, result, options);
   if (result.interrupted) {
     std::fprintf(stderr,
                  "solenoid: interrupted with %zu of %zu runs finished; the same command with --out %s resumes\n",
-                 result.records.size(), campaign.runs.size(), result.folder.c_str());
+                 result.ended, campaign.runs.size(), result.folder.c_str());
     return interrupted;
   }
-  if (!options.pareto.empty()) draw_pareto(result.records, options.pareto);
+  if (!options.pareto.empty()) draw_pareto(campaign, result, options.pareto);
   if (options.output.format != "table") std::fprintf(stderr, "Results: %s\n", result.folder.c_str());
-  const auto failed = std::count_if(result.records.begin(), result.records.end(), [](auto& r) { return r.failed(); });
-  if (failed > 0) std::fprintf(stderr, "solenoid: %td runs failed\n", failed);
+  if (result.failed > 0) std::fprintf(stderr, "solenoid: %zu runs failed\n", result.failed);
   if (server) server->stay();
-  return failed > 0 || !campaign.without.plugins.empty() ? failure : success;
+  return result.failed > 0 || !campaign.without.plugins.empty() ? failure : success;
 }
 
 }  // namespace
@@ -113,6 +183,18 @@ void add_compare(CLI::App& app, int& exit_code) {
         return figure ? std::string() : "'" + path + "' (allowed: a file ending in .svg or .png)";
       });
   add_live_options(*command, options->live, options->live_port);
+  command->add_option("--traces", options->traces,
+                      "runs whose every tick is kept: all, none, worst:N of each variant; default all");
+  command
+      ->add_option(
+          "--shard", options->shard,
+          "do this share of the runs, I/N, into --out, for `merge`; default: the whole campaign, or in a task of "
+          "an array job (auto) its share")
+      ->type_name("I/N");
+  command
+      ->add_option("--scratch", options->run.scratch,
+                   "a folder near the processor that a shard grows in, put into --out when it ends")
+      ->type_name(value_kind::folder);
   command->add_flag("--details", options->details, "every run below its scenario, however many");
   command->callback([options, &exit_code] { exit_code = compare(*options); });
 }

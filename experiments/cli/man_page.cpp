@@ -145,8 +145,9 @@ std::string surroundings() {
          entry(bold("PATH"), "Where gnuplot is looked for, which draws figures (--svg, --png, --pareto).") +
          ".SH FILES\n" +
          entry(bold("results/") + italic("NAME") + roff("-") + italic("TIME"),
-               "A command's results unless --out names another folder: resolved.toml, manifest.json, a file a run in "
-               "runs/, and runs.csv once all have ended.") +
+               "A command's results unless --out names another folder: resolved.toml, manifest.json, runs in shards/, "
+               "and "
+               "runs.csv once all have ended.") +
          entry(bold("share/doc/solenoid/docs"),
                "Below the installation's prefix: the pages that are cited here as docs/..., among them every key of "
                "campaign files, docs/reference/configuration.md.") +

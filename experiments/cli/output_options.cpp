@@ -27,7 +27,10 @@ void OutputOptions::write(const Result& result, bool finished) const {
                         : format == "csv"      ? result.csv()
                         : format == "markdown" ? result.markdown()
                                                : result.text(colour_wanted()));
-  if (!finished) return;
+  if (finished) write_files(result);
+}
+
+void OutputOptions::write_files(const Result& result) const {
   if (!svg.empty() && result.plot) draw(*result.plot, svg, FigureFormat::svg);
   if (!png.empty() && result.plot) draw(*result.plot, png, FigureFormat::png);
   if (!html.empty()) write_file_atomically(html, result.html(drawn(result)));

@@ -20,6 +20,8 @@ struct OutputOptions {
   /// To standard output in the format; `finished`: and into the files named. Throws OutputError, ConfigError without
   /// gnuplot.
   void write(const Result& result, bool finished = true) const;
+  /// Into the files alone.
+  void write_files(const Result& result) const;
 };
 
 /// --format of `formats`, whose first is the default, and --html.

@@ -150,7 +150,7 @@ int run(const RunArguments& chosen) {
     options.session.live_socket = server->tick_socket();
     fmt::print(stderr, "live page at {}\n", server->url());
   }
-  ResultsFolder results(folder, campaign, 1);
+  ResultsFolder results(folder, campaign, {.jobs = 1, .logged = true});
   std::vector<RunRecord> records;
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   std::string text;
@@ -181,12 +181,12 @@ int run(const RunArguments& chosen) {
     text += session_text(record, result);
     list.push_back(session_json(record, result));
     clean = clean && result.clean();
-    keep([&] { results.add(cell, record); });
+    keep([&] { results.add(encode_run({cell.hash, record, campaign.scenarios.front().duration_s, {}})); });
     records.push_back(record);
     stopped = result.interrupted;
     if (stopped || !clean) break;
   }
-  keep([&] { results.close(stopped ? "interrupted" : clean ? "finished" : "failed", records); });
+  keep([&] { results.close(stopped ? "interrupted" : clean ? "finished" : "failed"); });
   if (records.size() > 1) text += repeats_text(records);
   write_standard_output(options.format == "json" ? nlohmann::ordered_json{{"runs", list}}.dump(1) + "\n"
                                                  : text + fmt::format("Results: {}\n", folder));

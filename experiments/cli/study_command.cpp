@@ -95,15 +95,14 @@ struct SweepCommand {
 int sweep(const SweepCommand& command) {
   const Study study = read_study(command.file);
   const CampaignResult result = run_campaign(study.campaign, command.run);
-  command.output.write(result_of(study, study_rows(study, result.records)), !result.interrupted);
+  command.output.write(result_of(study, study_rows(study, result.records())), !result.interrupted);
   fmt::print(stderr, "Results: {}\n", result.folder);
   if (result.interrupted) {
     fmt::print(stderr, "solenoid: interrupted with {} of {} runs finished; the same command with --out {} resumes\n",
-               result.records.size(), study.campaign.runs.size(), result.folder);
+               result.ended, study.campaign.runs.size(), result.folder);
     return interrupted;
   }
-  const bool failed = std::ranges::any_of(result.records, [](const RunRecord& r) { return r.failed(); });
-  return failed ? failure : success;
+  return result.failed > 0 ? failure : success;
 }
 
 void add_sweep(CLI::App& study, int& exit_code, const std::string& name, const std::string& help) {

@@ -34,7 +34,7 @@ Compared compare(const std::string& toml, const CampaignOptions& options, const 
     if (options.out.empty()) {
       records = run_in_processes(campaign, options.jobs, options.tick_limit_s);
     } else if (CampaignResult result = run_campaign(campaign, options); !result.interrupted) {
-      records = std::move(result.records);
+      records = result.records();
       found.folder = result.folder;
     }
   }

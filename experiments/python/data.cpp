@@ -48,7 +48,7 @@ py::tuple campaign_of(const CampaignSource& source, const std::optional<std::str
     return run_campaign(campaign, {*out, jobs, tick_limit_s});
   }();
   if (result.interrupted) raise_keyboard_interrupt();
-  return py::make_tuple(result_of(result.records, false).json(), result.folder);
+  return py::make_tuple(result_of(result.records(), false).json(), result.folder);
 }
 
 /// Each instance's times, rows of equal length: least of all passes, least with phase timing, then its phases.
@@ -208,7 +208,7 @@ void bind_results(py::module_& m) {
   py::class_<Results>(m, "ResultsFolder")
       .def(py::init([](const std::string& folder) {
              const py::gil_scoped_release released;
-             return read_results(folder);
+             return read_results(folder, Listing::everything());
            }),
            py::arg("folder"))
       .def_property_readonly("manifest", [](const Results& r) { return r.manifest.dump(); })

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include <fmt/format.h>
 
@@ -26,13 +25,17 @@ void draw_run(Results& results, const StoredRun& run, const std::string& path, F
 
 /// Histograms by variant, in the campaign's order.
 std::vector<std::pair<std::string, SolveHistogram>> solve_times(Results& results) {
-  std::map<std::string, SolveHistogram> sums;
-  for (const StoredRun& run : results.runs)
-    if (const auto trace = read_trace(results, run)) sums[run.record.variant].add(trace->solves);
+  for (StoredRun& run : results.runs)
+    if (run.solves.counts.empty())
+      if (const auto trace = read_trace(results, run)) run.solves = trace->solves;
+  const std::shared_ptr<const RunTable> table = results.table();
   std::vector<std::pair<std::string, SolveHistogram>> list;
-  for (const VariantConfig& variant : results.campaign.variants)
-    if (const auto found = sums.find(variant.name); found != sums.end() && found->second.total() > 0)
-      list.push_back({variant.name, found->second});
+  for (const VariantConfig& variant : results.campaign.variants) {
+    const auto found = std::ranges::find(table->variants(), variant.name);
+    const auto number = static_cast<std::uint32_t>(found - table->variants().begin());
+    if (SolveHistogram times = table->solves(number).times; times.total() > 0)
+      list.emplace_back(variant.name, std::move(times));
+  }
   return list;
 }
 
@@ -92,9 +95,7 @@ void draw_report_figure(Results& results, const std::string& figure, const std::
   if (figure != "pareto") return draw_run(results, results.run(figure), path, format);
   const char* ending = format == FigureFormat::svg ? ".svg" : ".png";
   if (!path.ends_with(ending)) throw ConfigError(fmt::format("{}: not a figure's name (allowed: *{})", path, ending));
-  std::vector<RunRecord> records;
-  for (const StoredRun& run : results.runs) records.push_back(run.record);
-  draw_pareto(records, path);
+  draw_ranked(rank_variants(*results.table()), path);
 }
 
 }  // namespace solenoid

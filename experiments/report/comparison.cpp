@@ -1,6 +1,5 @@
 #include "experiments/report/comparison.hpp"
 
-#include "experiments/campaign/ensemble.hpp"
 #include "experiments/plugin/python_rows.hpp"
 #include "experiments/report/headings.hpp"
 #include "experiments/report/ranking.hpp"
@@ -123,22 +122,38 @@ std::string ranking_note(const Ranking& ranking) {
 }
 
 /// The ranking over each ensemble of scenarios by itself.
-std::vector<Table> ensembles(std::span<const RunRecord> records) {
-  std::vector<std::pair<std::string, std::vector<RunRecord>>> groups;
-  for (const RunRecord& r : records) {
-    const std::string name = ensemble_name(r.scenario);
-    if (name == r.scenario) continue;
-    auto at = std::ranges::find(groups, name, &std::pair<std::string, std::vector<RunRecord>>::first);
-    if (at == groups.end()) at = groups.insert(at, {name, {}});
-    at->second.push_back(r);
-  }
+std::vector<Table> ensembles(const RunTable& runs) {
   std::vector<Table> tables;
-  for (const auto& [name, runs] : groups) {
-    const Ranking ranking = rank_variants(runs);
+  for (std::uint32_t group = 0; group < runs.groups().size(); ++group) {
+    if (!runs.is_ensemble(group)) continue;
+    const Ranking ranking = rank_variants(runs, group);
     tables.push_back(summary(ranking));
-    tables.back().title = fmt::format("{}, {} plants", name, ranking.scenarios);
+    tables.back().title = fmt::format("{}, {} plants", runs.groups()[group], ranking.scenarios);
   }
   return tables;
+}
+
+/// Rankings and their note; `heading`: of the first table.
+void add_rankings(const RunTable& runs, const std::string& heading, Result& result) {
+  const Ranking ranking = rank_variants(runs);
+  result.tables.push_back(summary(ranking));
+  result.tables.back().title = heading;
+  for (Table& table : ensembles(runs)) result.tables.push_back(std::move(table));
+  result.notes.push_back(heading.empty() ? ranking_note(ranking) : heading + ": " + ranking_note(ranking));
+}
+
+void add_details(std::span<const RunRecord> records, const SystemDescription& system, Result& result) {
+  std::vector<const RunRecord*> runs;
+  const auto end_scenario = [&] {
+    if (!runs.empty()) result.tables.push_back(scenario_table(runs));
+    runs.clear();
+  };
+  for (const RunRecord& r : records) {
+    if (&description_of(r) != &system) continue;
+    if (!runs.empty() && runs.back()->scenario != r.scenario) end_scenario();
+    runs.push_back(&r);
+  }
+  end_scenario();
 }
 
 }  // namespace
@@ -153,22 +168,17 @@ std::string real_time_note(std::span<const VariantConfig> variants) {
 Result result_of(std::span<const RunRecord> records, bool details) {
   Result result{.facts = {{"runs", Json::array()}}};
   for (const RunRecord& record : records) result.facts["runs"].push_back(to_json(record));
-  std::vector<std::vector<RunRecord>> systems = by_system(records);
-  if (systems.empty()) systems.emplace_back();  // headings at least
-  for (const std::vector<RunRecord>& own : systems) {
-    const Ranking ranking = rank_variants(own);
-    result.tables.push_back(summary(ranking));
-    if (systems.size() > 1) result.tables.back().title = ranking.system->name;
-    for (Table& table : ensembles(own)) result.tables.push_back(std::move(table));
-    for (std::size_t i = 0; details && i < own.size();) {
-      std::vector<const RunRecord*> runs;
-      for (const std::string& scenario = own[i].scenario; i < own.size() && own[i].scenario == scenario; ++i)
-        runs.push_back(&own[i]);
-      result.tables.push_back(scenario_table(runs));
-    }
-    const std::string note = ranking_note(ranking);
-    result.notes.push_back(systems.size() > 1 ? ranking.system->name + ": " + note : note);
+  const std::vector<RunTable> systems = tables_of(records);
+  for (const RunTable& own : systems) {
+    add_rankings(own, systems.size() > 1 ? own.system().name : "", result);
+    if (details) add_details(records, own.system(), result);
   }
+  return result;
+}
+
+Result result_of(const RunTable& runs) {
+  Result result;
+  add_rankings(runs, "", result);
   return result;
 }
 

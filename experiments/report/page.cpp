@@ -12,7 +12,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// In the order in which they use each other.
-constexpr const char* scripts[] = {"text", "trace", "chart", "thesis", "tables", "plots", "solve_time", "live", "main"};
+constexpr const char* scripts[] = {"text",         "trace", "chart",      "thesis", "tables",
+                                   "distribution", "plots", "solve_time", "live",   "main"};
 
 std::string_view asset(const std::string& name) {
   const std::string_view text = embedded_text("report/assets/" + name);
@@ -106,24 +107,28 @@ std::string report_page(const Json& data, const std::vector<EmbeddedTrace>& trac
 
 std::string report_of(Results& results, bool full) {
   require_uplot();  // before what takes time
-  std::map<std::string, RunCurves> curves;
+  std::map<std::string, std::string> curves;
   std::vector<EmbeddedTrace> traces;
-  std::erase_if(results.runs, [&](const StoredRun& run) {
+  std::vector<StoredRun> shown;
+  for (StoredRun& run : results.runs) {
     EmbeddedTrace embedded{run.id, {}, {}};
     try {
       if (const auto trace = read_trace(results, run); trace && !trace->ticks.empty()) {
         const bool reduced = !full || trace->ticks.size() > most_without_overview;
         if (reduced) embedded.overview = base64(encode_trace(overview(*trace, overview_spans)));
         if (full) embedded.full = base64(encode_trace(*trace));
-        curves[run.id] = {trace->solves, !full ? "overview" : reduced ? "both" : "full"};
+        curves[run.id] = !full ? "overview" : reduced ? "both" : "full";
+        if (run.solves.counts.empty()) run.solves = trace->solves;
       }
     } catch (const ConfigError& error) {
-      results.left_out.push_back({run.id, error.what()});
-      return true;
+      const bool counted = results.sampled();  // in the table of all runs: it is only without curves
+      results.left_out.push_back({run.id, error.what(), counted});
+      if (!counted) continue;
     }
     traces.push_back(std::move(embedded));
-    return false;
-  });
+    shown.push_back(std::move(run));
+  }
+  results.runs = std::move(shown);
   return report_page(report_json(results, curves, false), traces);
 }
 

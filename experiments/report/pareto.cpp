@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -35,8 +36,7 @@ std::string points_of(std::vector<RankedVariant> variants, std::size_t effort) {
   return points + "\n\n" + front;
 }
 
-Plot pareto_plot(std::span<const RunRecord> records) {
-  Ranking ranking = rank_variants(records);
+Plot pareto_plot(Ranking ranking) {
   std::erase_if(ranking.variants, [](const RankedVariant& v) { return !v.ranked; });
   if (ranking.variants.empty()) throw ConfigError("no variant finished a scenario, nothing to draw");
   const std::vector<MetricColumn> efforts = effort_metrics(*ranking.system);
@@ -62,10 +62,14 @@ Plot pareto_plot(std::span<const RunRecord> records) {
 
 }  // namespace
 
-void draw_pareto(std::span<const RunRecord> records, const std::string& path) {
+void draw_ranked(Ranking ranking, const std::string& path) {
   const bool svg = path.ends_with(".svg");
   if (!svg && !path.ends_with(".png")) throw ConfigError(path + ": not a figure's name (allowed: *.svg or *.png)");
-  draw(pareto_plot(records), path, svg ? FigureFormat::svg : FigureFormat::png);
+  draw(pareto_plot(std::move(ranking)), path, svg ? FigureFormat::svg : FigureFormat::png);
+}
+
+void draw_pareto(std::span<const RunRecord> records, const std::string& path) {
+  draw_ranked(rank_variants(records), path);
 }
 
 }  // namespace solenoid

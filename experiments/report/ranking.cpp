@@ -1,114 +1,109 @@
 #include "experiments/report/ranking.hpp"
 
-#include "experiments/report/headings.hpp"
+#include "controllers/systems.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <map>
-#include <set>
+#include <numeric>
 
 namespace solenoid {
 namespace {
 
-using Names = std::set<std::string>;
+/// A yes or no a scenario.
+using Marks = std::vector<bool>;
 
-/// Scenarios where every run of the variant ended well.
-Names finished_scenarios(std::span<const RunRecord> records, const std::string& variant) {
-  Names seen, troubled, finished;
-  for (const RunRecord& r : records)
-    if (r.variant == variant) (r.ok() ? seen : troubled).insert(r.scenario);
-  std::set_difference(seen.begin(), seen.end(), troubled.begin(), troubled.end(),
-                      std::inserter(finished, finished.end()));
-  return finished;
+std::size_t marked(const Marks& marks) { return static_cast<std::size_t>(std::ranges::count(marks, true)); }
+
+/// A variant of the table and what it finished.
+struct Candidate {
+  std::uint32_t variant = 0;
+  Marks finished;  ///< the scenarios where every one of its runs ended well
+};
+
+/// What a ranking is of: the rows of a table, in its order, that belong to a group or to any.
+class Rows {
+ public:
+  Rows(const RunTable& runs, std::optional<std::uint32_t> group) : runs_(runs), group_(group) {}
+
+  void each(const auto& take) const {
+    const auto [first, end] = runs_.rows(group_);
+    for (std::size_t row = first; row < end; ++row)
+      if (!group_ || runs_.group(row) == *group_) take(row);
+  }
+
+ private:
+  const RunTable& runs_;
+  std::optional<std::uint32_t> group_;
+};
+
+/// In the order in which the variants come up.
+std::vector<Candidate> candidates_of(const RunTable& runs, const Rows& rows) {
+  std::vector<Candidate> candidates;
+  std::vector<std::optional<std::size_t>> places(runs.variants().size());
+  std::vector<Marks> troubled;
+  rows.each([&](std::size_t row) {
+    std::optional<std::size_t>& place = places[runs.variant(row)];
+    if (!place) {
+      place = candidates.size();
+      candidates.push_back({runs.variant(row), Marks(runs.scenarios())});
+      troubled.emplace_back(runs.scenarios());
+    }
+    (runs.ok(row) ? candidates[*place].finished : troubled[*place])[runs.scenario(row)] = true;
+  });
+  for (std::size_t c = 0; c < candidates.size(); ++c)
+    for (std::size_t s = 0; s < runs.scenarios(); ++s)
+      if (troubled[c][s]) candidates[c].finished[s] = false;
+  return candidates;
 }
 
-Names common_to_all(const std::map<std::string, Names>& finished) {
-  Names common;
-  bool first = true;
-  for (const auto& [variant, scenarios] : finished) {
-    Names kept;
-    std::set_intersection(scenarios.begin(), scenarios.end(), common.begin(), common.end(),
-                          std::inserter(kept, kept.end()));
-    common = first ? scenarios : kept;
-    first = false;
-  }
+Marks common_to_all(const std::vector<Candidate>& candidates, std::size_t scenarios) {
+  Marks common(scenarios, !candidates.empty());
+  for (const Candidate& candidate : candidates)
+    for (std::size_t s = 0; s < scenarios; ++s) common[s] = common[s] && candidate.finished[s];
   return common;
 }
 
-/// Leaves the variants that are worth comparing in `finished`; returns their common scenarios.
-Names choose(std::map<std::string, Names>& finished) {
+/// Leaves the candidates that are worth comparing; returns their common scenarios.
+Marks choose(std::vector<Candidate>& candidates, const RunTable& runs) {
+  const auto finished = [](const Candidate& candidate) { return marked(candidate.finished); };
   std::size_t most = 0;
-  for (const auto& [variant, scenarios] : finished) most = std::max(most, scenarios.size());
-  std::erase_if(finished, [&](const auto& entry) { return entry.second.empty() || 2 * entry.second.size() < most; });
-  Names common = common_to_all(finished);
-  while (common.empty() && !finished.empty()) {
-    finished.erase(std::min_element(finished.begin(), finished.end(),
-                                    [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); }));
-    common = common_to_all(finished);
+  for (const Candidate& candidate : candidates) most = std::max(most, finished(candidate));
+  std::erase_if(candidates, [&](const Candidate& c) { return finished(c) == 0 || 2 * finished(c) < most; });
+  Marks common = common_to_all(candidates, runs.scenarios());
+  while (marked(common) == 0 && !candidates.empty()) {
+    // Of several the first by name.
+    const auto fewest = std::ranges::min_element(
+        candidates, {}, [&](const Candidate& c) { return std::pair(finished(c), runs.variants()[c.variant]); });
+    candidates.erase(fewest);
+    common = common_to_all(candidates, runs.scenarios());
   }
   return common;
 }
 
 /// Geometric mean with its interval, 95th percentile and worst.
-void summarise_errors(const std::vector<double>& errors, RankedVariant& v) {
+void summarise_errors(std::vector<double> errors, RankedVariant& v) {
   const auto n = static_cast<double>(errors.size());
   const GeometricMean mean = geometric_mean(errors);
   v.error = mean.value;
   v.margin = mean.margin;
-  std::vector<double> sorted = errors;
-  std::ranges::sort(sorted);
-  v.p95 = sorted[static_cast<std::size_t>(std::ceil(0.95 * n)) - 1];
-  v.worst = sorted.back();
+  std::ranges::sort(errors);
+  v.p95 = errors[static_cast<std::size_t>(std::ceil(0.95 * n)) - 1];
+  v.worst = errors.back();
 }
 
-void summarise(std::span<const RunRecord> records, const SystemDescription& system, const Names& common,
-               RankedVariant& v) {
-  const std::vector<MetricColumn> efforts = effort_metrics(system);
-  v.efforts.assign(efforts.size(), 0.0);
+void summarise(const RunTable& runs, const Rows& rows, const Marks& common, std::uint32_t variant, RankedVariant& v) {
+  v.efforts.assign(runs.efforts(), 0.0);
   std::vector<double> errors, medians;
-  for (const RunRecord& r : records) {
-    if (r.variant != v.variant || !r.metrics || !common.contains(r.scenario)) continue;
-    const Metrics& m = *r.metrics;
-    errors.push_back(std::max(m.number(judged_metric(system).key), 1e-12));
-    for (std::size_t i = 0; i < efforts.size(); ++i) v.efforts[i] += m.number(efforts[i].key);
-    v.solve_p99_us = std::max(v.solve_p99_us, m.solve_us.p99);
-    medians.push_back(m.solve_us.p50);
-  }
-  summarise_errors(errors, v);
-  for (double& effort : v.efforts) effort /= static_cast<double>(errors.size());
-  v.solve_p50_us = percentiles(medians).p50;
-}
-
-/// Ranks records that are all of one system.
-Ranking rank_of_system(std::span<const RunRecord> records, const SystemDescription& system) {
-  std::map<std::string, Names> finished;
-  Names scenarios;
-  Ranking ranking;
-  ranking.system = &system;
-  for (const RunRecord& r : records) {
-    scenarios.insert(r.scenario);
-    if (finished.contains(r.variant)) continue;
-    finished[r.variant] = finished_scenarios(records, r.variant);
-    ranking.variants.emplace_back().variant = r.variant;
-  }
-  const Names common = choose(finished);
-  for (RankedVariant& v : ranking.variants) {
-    for (const RunRecord& r : records) {
-      if (r.variant != v.variant) continue;
-      ++v.runs;
-      v.failed += r.failed();
-      v.unstable += !r.failed() && !r.ok();
-    }
-    v.ranked = finished.contains(v.variant);
-    if (v.ranked) summarise(records, system, common, v);
-  }
-  std::stable_sort(ranking.variants.begin(), ranking.variants.end(), [](const auto& a, const auto& b) {
-    return a.ranked != b.ranked ? a.ranked : a.ranked && a.error < b.error;
+  rows.each([&](std::size_t row) {
+    if (runs.variant(row) != variant || !runs.ok(row) || !common[runs.scenario(row)]) return;
+    errors.push_back(runs.error(row));
+    for (std::size_t i = 0; i < runs.efforts(); ++i) v.efforts[i] += runs.effort(row, i);
+    v.solve_p99_us = std::max(v.solve_p99_us, runs.solve_p99_us(row));
+    medians.push_back(runs.solve_p50_us(row));
   });
-  ranking.common_scenarios = common.size();
-  ranking.scenarios = scenarios.size();
-  return ranking;
+  for (double& effort : v.efforts) effort /= static_cast<double>(errors.size());
+  summarise_errors(std::move(errors), v);
+  v.solve_p50_us = percentiles(medians).p50;
 }
 
 }  // namespace
@@ -121,23 +116,38 @@ GeometricMean geometric_mean(std::span<const double> values) {
   return {std::exp(sum / n), values.size() > 1 ? std::exp(1.96 * std::sqrt(squares / (n - 1) / n)) : 1.0};
 }
 
-std::vector<std::vector<RunRecord>> by_system(std::span<const RunRecord> records) {
-  std::vector<std::vector<RunRecord>> parts;
-  for (const RunRecord& r : records) {
-    const auto same = [&](const std::vector<RunRecord>& part) {
-      return &description_of(part.front()) == &description_of(r);
-    };
-    const auto found = std::ranges::find_if(parts, same);
-    (found == parts.end() ? parts.emplace_back() : *found).push_back(r);
+Ranking rank_variants(const RunTable& runs, std::optional<std::uint32_t> group) {
+  const Rows rows(runs, group);
+  Ranking ranking;
+  ranking.system = &runs.system();
+  std::vector<Candidate> candidates = candidates_of(runs, rows);
+  std::vector<std::size_t> places(runs.variants().size());
+  for (const Candidate& candidate : candidates) {
+    places[candidate.variant] = ranking.variants.size();
+    ranking.variants.emplace_back().variant = runs.variants()[candidate.variant];
   }
-  return parts;
+  Marks seen(runs.scenarios());
+  rows.each([&](std::size_t row) {
+    RankedVariant& v = ranking.variants[places[runs.variant(row)]];
+    ++v.runs;
+    v.failed += runs.failed(row);
+    v.unstable += !runs.failed(row) && !runs.ok(row);
+    seen[runs.scenario(row)] = true;
+  });
+  const Marks common = choose(candidates, runs);
+  for (const Candidate& candidate : candidates) {
+    RankedVariant& v = ranking.variants[places[candidate.variant]];
+    v.ranked = true;
+    summarise(runs, rows, common, candidate.variant, v);
+  }
+  std::ranges::stable_sort(ranking.variants, [](const RankedVariant& a, const RankedVariant& b) {
+    return a.ranked != b.ranked ? a.ranked : a.ranked && a.error < b.error;
+  });
+  ranking.common_scenarios = marked(common);
+  ranking.scenarios = marked(seen);
+  return ranking;
 }
 
-Ranking rank_variants(std::span<const RunRecord> records) {
-  const SystemDescription& system = description_of(records.empty() ? RunRecord{} : records.front());
-  const auto own = [&](const RunRecord& r) { return &description_of(r) == &system; };
-  if (std::ranges::all_of(records, own)) return rank_of_system(records, system);
-  return rank_of_system(by_system(records).front(), system);
-}
+Ranking rank_variants(std::span<const RunRecord> records) { return rank_variants(tables_of(records).front()); }
 
 }  // namespace solenoid

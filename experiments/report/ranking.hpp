@@ -1,6 +1,6 @@
 #pragma once
 
-#include "experiments/campaign/run_record.hpp"
+#include "experiments/report/run_table.hpp"
 
 #include <optional>
 #include <span>
@@ -39,10 +39,9 @@ struct Ranking {
 /// compared are those that every ranked variant finished; a variant that finished fewer than half of what the best one
 /// did is not ranked, and while nothing is common to all, the one with the fewest is left out.
 ///
-/// Only variants of one system compare: the first record's. Records of others are left out (by_system parts them).
+/// Over all runs of a table, or over those of one of its groups.
+Ranking rank_variants(const RunTable& runs, std::optional<std::uint32_t> group = {});
+/// Only variants of one system compare: the first record's. Records of others are left out (tables_of() parts them).
 Ranking rank_variants(std::span<const RunRecord> records);
-
-/// The records of each system by themselves, systems in the order in which they come.
-std::vector<std::vector<RunRecord>> by_system(std::span<const RunRecord> records);
 
 }  // namespace solenoid

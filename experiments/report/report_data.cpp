@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -58,6 +60,32 @@ Json system_json(const SystemDescription& system) {
   return json;
 }
 
+/// What a ranking is of: all runs of a table, or a group of it.
+using Group = std::optional<std::uint32_t>;
+
+Json solves_json(const SolveHistogram& solves) { return {{"first", solves.first}, {"counts", solves.counts}}; }
+
+constexpr std::size_t most_points = 201;  // of a curve of the distribution: each half per cent
+
+/// The same over single groups, so that all curves of a page stay below a megabyte; 0: none.
+std::size_t points_of(std::size_t curves) {
+  constexpr std::size_t all_points = 50'000, least = 21;
+  const std::size_t points = std::min(most_points, all_points / std::max<std::size_t>(1, curves));
+  return points < least ? 0 : points;
+}
+
+/// Sums and distribution of a variant, ranked or not.
+void add_statistics(const RunTable& table, Group group, std::size_t points, const std::string& name, Json& json) {
+  constexpr std::size_t few = 20;  // runs, below which a curve of their distribution says little
+  const auto variant = static_cast<std::uint32_t>(std::ranges::find(table.variants(), name) - table.variants().begin());
+  const SolveSums solves = table.solves(variant, group);
+  json["solves"] = solves_json(solves.times);
+  json["solves"]["late"] = solves.late;
+  if (points == 0) return;
+  const ErrorDistribution errors = table.distribution(variant, group, points);
+  if (errors.ok >= few) json["distribution"] = {{"ok", errors.ok}, {"runs", errors.runs}, {"errors", errors.errors}};
+}
+
 Json ranked_json(const RankedVariant& v, const SystemDescription& system) {
   Json json = {
       {"variant", v.variant}, {"ranked", v.ranked}, {"runs", v.runs}, {"failed", v.failed}, {"unstable", v.unstable}};
@@ -74,32 +102,45 @@ Json ranked_json(const RankedVariant& v, const SystemDescription& system) {
   return json;
 }
 
-Json ranking_json(const std::string& name, const std::vector<RunRecord>& records) {
-  const Ranking ranking = rank_variants(records);
-  Json json = {
-      {"name", name}, {"scenarios", Json::array()}, {"common", ranking.common_scenarios}, {"variants", Json::array()}};
-  for (const RunRecord& record : records)
-    if (std::ranges::find(json["scenarios"], Json(record.scenario)) == json["scenarios"].end())
-      json["scenarios"].push_back(record.scenario);
-  for (const RankedVariant& variant : ranking.variants)
+Json ranking_json(const std::string& name, const RunTable& table, Group group, Json scenarios) {
+  const Ranking ranking = rank_variants(table, group);
+  Json json = {{"name", name},
+               {"scenarios", std::move(scenarios)},
+               {"scenario_count", ranking.scenarios},
+               {"common", ranking.common_scenarios},
+               {"variants", Json::array()}};
+  const std::size_t points = group ? points_of(table.variants().size() * table.groups().size()) : most_points;
+  for (const RankedVariant& variant : ranking.variants) {
     json["variants"].push_back(ranked_json(variant, *ranking.system));
+    add_statistics(table, group, points, variant.variant, json["variants"].back());
+  }
   return json;
 }
 
 /// Over everything, then over each ensemble and each single scenario, if there is more than one.
-Json rankings_json(const std::vector<StoredRun>& runs) {
-  std::vector<RunRecord> all;
-  std::vector<std::pair<std::string, std::vector<RunRecord>>> groups;
-  for (const StoredRun& run : runs) {
-    all.push_back(run.record);
-    const std::string name = ensemble_name(run.record.scenario);
-    if (groups.empty() || groups.back().first != name) groups.push_back({name, {}});
-    groups.back().second.push_back(run.record);
+Json rankings_json(const RunTable& table, const std::vector<StoredRun>& listed) {
+  Json all = Json::array();
+  std::map<std::string, Json> by_group;
+  std::string last;
+  for (const StoredRun& run : listed) {
+    const std::string& name = run.record.scenario;
+    if (name == std::exchange(last, name)) continue;
+    all.push_back(name);
+    by_group.try_emplace(ensemble_name(name), Json::array()).first->second.push_back(name);
   }
-  Json list = Json::array({ranking_json("all scenarios", all)});
-  if (groups.size() > 1)
-    for (const auto& [name, records] : groups) list.push_back(ranking_json(name, records));
+  Json list = Json::array({ranking_json("all scenarios", table, {}, std::move(all))});
+  if (table.groups().size() > 1)
+    for (std::uint32_t group = 0; group < table.groups().size(); ++group) {
+      const std::string& name = table.groups()[group];
+      const auto scenarios = by_group.try_emplace(name, Json::array()).first;
+      list.push_back(ranking_json(name, table, group, scenarios->second));
+    }
   return list;
+}
+
+Json counts_json(const RunTable& table) {
+  const RunTable::Counts counts = table.counts();
+  return {{"runs", table.size()}, {"ok", counts.ok}, {"unstable", counts.unstable}, {"failed", counts.failed}};
 }
 
 /// What is published for the runs of a campaign, one look-up for all seeds.
@@ -133,8 +174,9 @@ Json variants_json(const std::vector<VariantConfig>& variants, const SystemDescr
 
 }  // namespace
 
-Json report_json(const Results& results, const std::map<std::string, RunCurves>& curves, bool live) {
+Json report_json(const Results& results, const std::map<std::string, std::string>& curves, bool live) {
   const BuildInfo build = build_info();
+  const std::shared_ptr<const RunTable> table = results.table();
   const SystemDescription& system = results.campaign.system->description();
   Json json = {{"format", 1},
                {"campaign", results.manifest.value("campaign", "")},
@@ -147,7 +189,9 @@ Json report_json(const Results& results, const std::map<std::string, RunCurves>&
                {"resolved_toml", results.campaign.resolved_toml},
                {"system", system_json(system)},
                {"variants", variants_json(results.campaign.variants, system)},
-               {"rankings", rankings_json(results.runs)},
+               {"counts", counts_json(*table)},
+               {"sample", results.sampled()},
+               {"rankings", rankings_json(*table, results.runs)},
                {"runs", Json::array()},
                {"left_out", Json::array()}};
   for (const LeftOut& out : results.left_out)
@@ -155,10 +199,9 @@ Json report_json(const Results& results, const std::map<std::string, RunCurves>&
   Published published(results);
   for (const StoredRun& run : results.runs) {
     const auto found = curves.find(run.id);
-    Json entry = {{"id", run.id}, {"trace", found == curves.end() ? "none" : found->second.kind}};
+    Json entry = {{"id", run.id}, {"trace", found == curves.end() ? "none" : found->second}};
     entry.update(to_json(run.record));
-    if (found != curves.end())
-      entry["solves"] = {{"first", found->second.solves.first}, {"counts", found->second.solves.counts}};
+    if (!run.solves.counts.empty()) entry["solves"] = solves_json(run.solves);
     if (const Json& figures = published.of(run.record); figures.is_object()) entry.update(figures);
     json["runs"].push_back(std::move(entry));
   }

@@ -3,14 +3,9 @@
 #include "experiments/report/results.hpp"
 
 #include <map>
+#include <string>
 
 namespace solenoid {
-
-/// What there is of a run over time.
-struct RunCurves {
-  SolveHistogram solves;
-  std::string kind;  ///< full: every tick; overview; both, in the page itself; served: asked for when it is shown
-};
 
 /// What a report's page shows, as one JSON object; curves come apart from it, as traces.
 ///
@@ -22,16 +17,22 @@ struct RunCurves {
 ///                how people read them; METRIC {key, heading, label, unit, whole, effort, detail, best_least}; judged,
 ///                margin, p95 and worst are keys: "rmse_mm", "rmse_margin", "p95_rmse_mm", "worst_rmse_mm"
 ///   variants     [{name, summary, solver, MODES_KEY, estimator}]
-///   rankings     [{name, scenarios: [...], common, variants: [{variant, ranked, runs, failed, unstable, and if ranked
-///                JUDGED, MARGIN, P95, WORST, each effort, solve_p50_us, solve_p99_us}]}] over all scenarios first, then
-///                over each ensemble and each scenario outside of one
+///   counts       {runs, ok, unstable, failed}: of all runs that there are, which rankings are over
+///   sample       whether `runs` are a choice among them (sampled_rows), else all
+///   rankings     [{name, scenarios: [...], scenario_count, common, variants: [{variant, ranked, runs, failed, unstable,
+///                solves: {first, counts, late}, and from 20 runs that ended well on distribution: {ok, runs, errors};
+///                if ranked JUDGED, MARGIN, P95, WORST, each effort, solve_p50_us, solve_p99_us}]}] over all scenarios
+///                first, then over each ensemble and each scenario outside of one; `scenarios`: those of `runs`;
+///                solves and distribution: of all runs of the variant there, ErrorDistribution by at most 201 numbers,
+///                fewer or none over single scenarios where these are many
 ///   runs         [{id, trace, everything `compare --format json` prints of the run, and where it is known
 ///                solves: {first, counts}, thesis: {table, measured, rmse_mm, mae_mm, sse_mm, ssa_mm}}]
-///                thesis figures are texts as printed; trace: RunCurves::kind, or none
+///                thesis figures are texts as printed; trace: what there is of it over time: full, every tick; overview;
+///                both, in the page itself; served, asked for when it is shown; none
 ///   left_out     [{id, reason, in_part}] runs whose files are damaged; in_part: it is among `runs`, but its log is not
 ///                whole
 ///
-/// `curves`: by the run's ID, of those that have any.
-nlohmann::ordered_json report_json(const Results& results, const std::map<std::string, RunCurves>& curves, bool live);
+/// `curves`: `trace` by the run's ID, of those that have any.
+nlohmann::ordered_json report_json(const Results& results, const std::map<std::string, std::string>& curves, bool live);
 
 }  // namespace solenoid

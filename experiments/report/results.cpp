@@ -5,7 +5,9 @@
 #include "experiments/base/bounded_json.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/shown_text.hpp"
+#include "experiments/campaign/manifest.hpp"
 #include "experiments/campaign/run_file.hpp"
+#include "experiments/report/sample.hpp"
 #include "experiments/rig/log/recorded_run.hpp"
 
 #include <algorithm>
@@ -54,14 +56,23 @@ RunFile read_stored_run(const std::string& folder, const std::string& id) {
   return *file;
 }
 
-/// A run that ended has a trace or a log, but for those of a version before.
-bool lacks_log(const std::string& folder, const std::string& id, const RunFile& file) {
+bool has_log(const std::string& folder, const std::string& id) {
   std::error_code ignored;
-  return file.checked && !file.trace && !file.record.failed() && !fs::exists(log_of(folder, id), ignored);
+  return fs::exists(log_of(folder, id), ignored);
 }
 
-/// Runs, and those that are there but not as they were written, which do not keep the others from being read.
-void read_runs(const std::string& folder, Results& results) {
+std::string lacks_log_text(const std::string& folder, const std::string& id) {
+  return fmt::format("{}: is missing; no curves (allowed: {})", log_of(folder, id), allowed);
+}
+
+/// A run that ended has a trace or a log, but for those of a version before.
+bool lacks_log(const std::string& folder, const std::string& id, const RunFile& file) {
+  return file.checked && !file.trace && !file.record.failed() && !has_log(folder, id);
+}
+
+/// Of the version before: runs/ID.json and runs/ID.trace. Runs, and those that are there but not as they were written, which
+/// do not keep the others from being read.
+void read_runs_apart(const std::string& folder, Results& results) {
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder + "/runs", error)) {
     if (entry.path().extension() != ".json") continue;
@@ -70,9 +81,7 @@ void read_runs(const std::string& folder, Results& results) {
       const RunFile file = read_stored_run(folder, id);
       results.runs.push_back({id, file.record});
       results.unchecked += !file.checked;
-      if (lacks_log(folder, id, file))
-        results.left_out.push_back(
-            {id, fmt::format("{}: is missing; no curves (allowed: {})", log_of(folder, id), allowed), true});
+      if (lacks_log(folder, id, file)) results.left_out.push_back({id, lacks_log_text(folder, id), true});
     } catch (const ConfigError& problem) {
       results.left_out.push_back({id, problem.what()});
     }
@@ -93,6 +102,59 @@ bool belongs_to(const Results& results, const RunRecord& record) {
          results.campaign.scenarios.find(record.scenario);
 }
 
+/// Sorts by scenario, variant and seed, in the campaign's order.
+void sort_runs(const Campaign& campaign, std::vector<StoredRun>& runs) {
+  std::ranges::sort(runs, {}, [&](const StoredRun& run) {
+    const RunRecord& r = run.record;
+    return std::tuple(campaign.scenarios.find(r.scenario), index_of(campaign.variants, r.variant), r.seed, run.id);
+  });
+}
+
+/// Those that were run, which a run in real time may be told on the command line.
+void take_seeds(Results& results) {
+  const auto seeds = results.manifest.find("seeds");
+  if (seeds == results.manifest.end() || seeds->empty()) return;
+  Campaign& campaign = results.campaign;
+  campaign.seeds = seeds->get<std::vector<std::uint64_t>>();
+  campaign.runs = campaign.runs.over(campaign.scenarios, campaign.seeds);
+}
+
+/// Damage to files that hold many runs: the runs that are missing, where all were there; else the file.
+void leave_damage_out(Results& results, const std::string& status) {
+  constexpr std::size_t most = 100;
+  const std::vector<std::string> damage = results.kept->damage();
+  if (damage.empty() || results.kept->count(StoredRuns::Ending::missing) == 0) return;
+  std::size_t told = 0;
+  for (std::size_t i = 0; status == "finished" && i < results.kept->size() && told < most; ++i) {
+    if (results.kept->has(i)) continue;
+    const std::string id = results.campaign.runs[i].id;
+    results.left_out.push_back({id, fmt::format("{}; {} is missing", damage.front(), id)});
+    ++told;
+  }
+  if (told > 0) return;
+  for (const std::string& line : damage) results.left_out.push_back({line.substr(0, line.find(": ")), line, true});
+}
+
+/// All runs, or of too many a sample beside the table of all.
+void list_runs(Results& results, const Listing& listing) {
+  const StoredRuns& kept = *results.kept;
+  const std::size_t there = kept.size() - kept.count(StoredRuns::Ending::missing);
+  if (there <= listing.most) return read_kept_runs(results, [](std::size_t) { return true; });
+  std::vector<std::uint32_t> runs;  // of the table's rows
+  runs.reserve(there);
+  auto table = std::make_shared<RunTable>(results.campaign.system->description());
+  table->reserve(there);
+  const std::vector<UnreadRun> unread = for_each_run(kept, [&](std::size_t run, const KeptRun& whole) {
+    table->add(whole.record, whole.solves);
+    runs.push_back(static_cast<std::uint32_t>(run));
+  });
+  for (const UnreadRun& run : unread) results.left_out.push_back({results.campaign.runs[run.run].id, run.reason});
+  std::vector<bool> wanted(kept.size());
+  for (const std::size_t row : sampled_rows(*table, listing.sample)) wanted[runs[row]] = true;
+  read_kept_runs(results, [&](std::size_t run) { return wanted[run]; });
+  results.all_runs = std::move(table);
+}
+
 /// Once, however often the log is read.
 void leave_end_out(Results& results, const std::string& id, const RecordedRun& log) {
   if (std::ranges::count(results.left_out, id, &LeftOut::id) > 0) return;
@@ -106,13 +168,24 @@ void leave_end_out(Results& results, const std::string& id, const RecordedRun& l
 
 const VariantConfig* Results::variant(const std::string& name) const { return find(campaign.variants, name); }
 std::optional<ScenarioConfig> Results::scenario(const std::string& name) const {
-  const auto i = campaign.scenarios.find(name);
-  return i ? std::optional(campaign.scenarios[*i]) : std::nullopt;
+  const auto at = campaign.scenarios.find(name);
+  return at ? std::optional(campaign.scenarios[*at]) : std::nullopt;
 }
 
-const StoredRun& Results::run(const std::string& id) const {
+std::shared_ptr<const RunTable> Results::table() const {
+  if (all_runs) return all_runs;
+  auto table = std::make_shared<RunTable>(campaign.system->description());
+  for (const StoredRun& run : runs) table->add(run.record, run.solves);
+  return table;
+}
+
+StoredRun Results::run(const std::string& id) const {
   const auto found = std::ranges::find(runs, id, &StoredRun::id);
   if (found != runs.end()) return *found;
+  if (const auto at = sampled() ? campaign.runs.find(id) : std::nullopt; at && kept->has(*at)) {
+    KeptRun whole = kept->read(*at);
+    return {id, std::move(whole.record), *at, std::move(whole.solves)};
+  }
   if (const auto out = std::ranges::find(left_out, id, &LeftOut::id); out != left_out.end())
     throw ConfigError(out->reason);
   constexpr std::size_t most = 12;
@@ -133,14 +206,25 @@ void require_manifest(const Json& manifest, const std::string& name) {
     throw ConfigError(fmt::format("{}: key 'seeds': wrong type (allowed: a list of whole numbers from 0)", name));
 }
 
-void sort_runs(const Campaign& campaign, std::vector<StoredRun>& runs) {
-  std::ranges::sort(runs, {}, [&](const StoredRun& run) {
-    return std::tuple(campaign.scenarios.find(run.record.scenario).value_or(campaign.scenarios.size()),
-                      index_of(campaign.variants, run.record.variant), run.record.seed, run.id);
-  });
+void read_kept_runs(Results& results, const std::function<bool(std::size_t run)>& wanted) {
+  const StoredRuns& kept = *results.kept;
+  StoredRuns::Reader reader(kept);
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    if (!kept.has(i) || !wanted(i)) continue;
+    const std::string id = results.campaign.runs[i].id;
+    try {
+      KeptRun whole = reader.read(i);
+      StoredRun run{id, std::move(whole.record), i, std::move(whole.solves)};
+      if (kept.logged(i) && !run.record.failed() && !has_log(results.folder, id))
+        results.left_out.push_back({id, lacks_log_text(results.folder, id), true});
+      results.runs.push_back(std::move(run));
+    } catch (const ConfigError& problem) {
+      results.left_out.push_back({id, problem.what()});
+    }
+  }
 }
 
-Results read_results(const std::string& folder) {
+Results read_results(const std::string& folder, const Listing& listing) {
   std::error_code ignored;
   if (!fs::is_directory(folder, ignored))
     throw ConfigError(fmt::format("{}: no folder (allowed: {})", folder, allowed));
@@ -152,15 +236,24 @@ Results read_results(const std::string& folder) {
   if (!fs::is_regular_file(resolved, ignored))
     throw ConfigError(fmt::format("{}: is missing (allowed: {})", resolved, allowed));
   results.campaign = read_campaign(resolved, {.loads_plugins = false});
-  read_runs(folder, results);
-  std::erase_if(results.runs, [&](const StoredRun& run) { return !belongs_to(results, run.record); });
-  sort_runs(results.campaign, results.runs);
+  if (fs::is_directory(folder + "/shards", ignored)) {
+    take_seeds(results);
+    results.kept = std::make_shared<StoredRuns>(folder, results.campaign, maker_of(folder).value_or(""));
+    results.kept->refresh();
+    leave_damage_out(results, results.manifest.value("status", ""));
+    list_runs(results, listing);
+  } else {
+    read_runs_apart(folder, results);
+    std::erase_if(results.runs, [&](const StoredRun& run) { return !belongs_to(results, run.record); });
+    sort_runs(results.campaign, results.runs);
+  }
   return results;
 }
 
 std::optional<Trace> read_trace(Results& results, const StoredRun& run) {
-  const std::string path = results.folder + "/runs/" + run.id + ".trace";
-  if (const auto bytes = read_whole_file(path, file_size::trace)) {
+  const std::string path =
+      run.index ? results.kept->trace_file(*run.index) : results.folder + "/runs/" + run.id + ".trace";
+  if (const auto bytes = run.index ? results.kept->trace(*run.index) : read_whole_file(path, file_size::trace)) {
     try {
       return decode_trace(*bytes);
     } catch (const std::invalid_argument& error) {
@@ -170,8 +263,7 @@ std::optional<Trace> read_trace(Results& results, const StoredRun& run) {
   const std::string log = log_of(results.folder, run.id);
   const VariantConfig* variant = results.variant(run.record.variant);
   const std::optional<ScenarioConfig> scenario = results.scenario(run.record.scenario);
-  std::error_code ignored;
-  if (!fs::exists(log, ignored) || !variant || !scenario) return std::nullopt;
+  if (!has_log(results.folder, run.id) || !variant || !scenario) return std::nullopt;
   const RecordedRun recorded = read_run(log);
   if (!recorded.problem.empty()) leave_end_out(results, run.id, recorded);
   return make_trace(*variant, *scenario, recorded.ticks);

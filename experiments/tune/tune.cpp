@@ -77,8 +77,7 @@ class Candidates {
                       settings.campaign, training_.size(), held_out_.size(), held_out_prefix));
     check_settings();
     check_ends();
-    for (const CampaignRun& run : base_.runs) identity_ += run.hash;
-    identity_ = fingerprint(identity_);
+    identity_ = identity_of(base_);
   }
 
   /// Of the campaign before any value is set.

@@ -41,6 +41,14 @@ if [ -x "$programs/solenoid" ] && [ ! -f "$corpus/made" ]; then
     "$programs/solenoid" run nine_state --duration 0.05 --quiet --out "$made/run" || true
     "$programs/solenoid" compare "$made/c.toml" --out "$made/compare"
     "$programs/solenoid" profile "$made/c.toml" --passes 1 --per-variant 5 --save "$made/profile.json" --record "$made/own.instances" || true
+    # Each trace by itself: a frame's payload, behind 4 bytes of mark, 4 of its length and 4 of its checksum.
+    python3 -c '
+import pathlib, struct, sys
+bytes, at = pathlib.Path(sys.argv[1], "compare/shards/all.traces").read_bytes(), 0
+while at < len(bytes):
+    length, = struct.unpack_from("<I", bytes, at + 4)
+    pathlib.Path(sys.argv[1], f"{at}.trace").write_bytes(bytes[at + 12:at + 12 + length])
+    at += 12 + length' "$made"
   } >"$logs/made.log" 2>&1
   touch "$corpus/made"
 fi
@@ -53,8 +61,9 @@ for which in '\0' '\1' '\2'; do seed rig "$which" tests/fuzz/seeds/rig*.toml; do
 for which in '\0' '\1'; do seed csv "$which" tests/fuzz/seeds/*.csv tests/data/hostile/*.csv; done
 seed mcap '' "$made"/run/*.mcap
 seed instances '' "$made"/*.instances
-seed trace '' "$made"/compare/runs/*.trace
-seed results '' "$made"/compare/runs/*.json "$made"/profile.json
+seed shard '' "$made"/compare/shards/*.runs
+seed trace '' "$made"/*.trace
+seed results '' tests/fuzz/seeds/run.json "$made"/profile.json
 mkdir -p "$corpus/node" "$corpus/http" "$corpus/plugin"
 printf 'SOLENOID PLUG-IN\nname=mine\nabi=1 0123456789abcdef, gcc 12, alignment 16\n\n' >"$corpus/plugin/seed-1"
 printf '\4\11\0\5\11\0\0\0\100\102\17\0\5\1\0\4\0\1\0\0\6\1\0\10' >"$corpus/node/seed-1"

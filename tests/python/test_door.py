@@ -114,8 +114,8 @@ class Campaigns(InAFolder):
 
     def test_damaged_runs_are_left_out_with_a_warning(self):
         solenoid.run_campaign("default", **self.CHOICE, out=self.folder / "out")
-        damaged = self.folder / "out/runs/sine_0--nine_pd--s1.json"
-        damaged.write_text(damaged.read_text().replace("nine", "nein"))
+        damaged = self.folder / "out/shards/all.runs"
+        damaged.write_bytes(damaged.read_bytes().replace(b"nine", b"nein"))
         with self.assertWarnsRegex(UserWarning, "sine_0--nine_pd--s1"):
             results = solenoid.read_results(self.folder / "out")
         self.assertEqual([record["variant"] for record in results.records], ["thesis_pd"])

@@ -342,7 +342,8 @@ class Results:
 
 
 def read_results(folder: Path) -> Results:
-    """A results folder of `solenoid compare`, `solenoid run` or run_campaign(out=...)."""
+    """A results folder of `solenoid compare`, `solenoid merge`, `solenoid run` or run_campaign(out=...). Every run becomes
+    a dictionary, some kilobytes each: of a million of them read FOLDER/runs.csv."""
     results = Results(folder)
     warn(results.left_out)
     return results

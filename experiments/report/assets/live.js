@@ -59,7 +59,7 @@ class Live {
       if (this.growing.take(ticks)) this.page.showGrowing(this.growing.trace, ticks.run);
       const { report } = this.page;
       if (ticks.run) wait = 250;
-      this.say(report.status === "running" ? `live: ${report.runs.length} of ${plural(report.expected, "run")}` : `${report.status}: ${plural(report.runs.length, "run")}`);
+      this.say(report.status === "running" ? `live: ${report.counts.runs} of ${plural(report.expected, "run")}` : `${report.status}: ${plural(report.counts.runs, "run")}`);
     } catch {
       this.say("the program has ended; its results are in " + (this.page.report.folder_name || "its folder"));
       wait = 3000;

@@ -44,11 +44,12 @@ class Page {
     const program = manifest.program ?? {};
     byId("title").textContent = report.campaign || "Solenoid report";
     document.title = `${report.campaign}: Solenoid report`;
-    const counts = report.runs.reduce((sum, run) => sum.set(run.status.split(":")[0], (sum.get(run.status.split(":")[0]) ?? 0) + 1), new Map());
+    const ended = ["ok", "unstable", "failed"].filter((status) => report.counts[status]).map((status) => `${report.counts[status].toLocaleString("en")} ${status}`);
     const damaged = report.left_out ?? [], missing = damaged.filter((run) => !run.in_part), cut = damaged.filter((run) => run.in_part);
+    const absent = Math.max(missing.length, report.status === "running" ? 0 : manifest.counts?.missing ?? 0);
     byId("subtitle").textContent = [
-      missing.length && `${plural(missing.length, "run")} missing`,
-      `${plural(report.runs.length, "run")}${counts.size ? ": " + [...counts].map(([status, count]) => `${count} ${status}`).join(", ") : ""}`,
+      absent && `${plural(absent, "run")} missing`,
+      `${plural(report.counts.runs, "run")}${ended.length ? ": " + ended.join(", ") : ""}`,
       report.status, (manifest.ended ?? manifest.started ?? "").replace("T", " ").slice(0, 16), report.generator].filter(Boolean).join(" \u00b7 ");
     const reasons = (runs) => runs.map(({ id, reason }) => `${id} (${reason})`).join("; ");
     const told = [missing.length && `Missing because their files are damaged: ${reasons(missing)}`, cut.length && `Logs that are not whole: ${reasons(cut)}`];
@@ -71,18 +72,19 @@ class Page {
     if (!this.chosen.a && report.runs.length) this.choose("a", this.bestRun());
   }
 
-  // Of the variant in first place, in the first scenario.
+  // Of the variant in first place, in the first scenario; with curves, if any run has them.
   bestRun() {
-    const first = this.report.rankings[0]?.variants[0]?.variant;
-    return (this.report.runs.find((run) => run.variant === first && run.trace !== "none") ?? this.report.runs[0]).id;
+    const { rankings, runs } = this.report, first = rankings[0]?.variants[0]?.variant;
+    const best = [(run) => run.variant === first && run.trace !== "none", (run) => run.trace !== "none", (run) => run.variant === first && run.status === "ok"];
+    return (best.map((wanted) => runs.find(wanted)).find(Boolean) ?? runs[0]).id;
   }
 
   drawGroup() {
     const ranking = this.report.rankings[Number(byId("group").value)] ?? this.report.rankings[0];
     drawRanking(this.ranked, ranking, this.report.system);
     drawPareto(byId("pareto"), ranking, this.report.system);
-    const scenarios = new Set(ranking.scenarios);
-    drawSolveTimes(this.report, this.report.runs.filter((run) => scenarios.has(run.scenario)));
+    drawDistribution(byId("distribution"), ranking, this.report.system);
+    drawSolveTimes(this.report, ranking);
     byId("solve-note").textContent = `all solves over ${ranking.name}; one control period is ${duration(this.report.deadline_us)}; bins of a tenth of a decade`;
   }
 
@@ -95,11 +97,13 @@ class Page {
       return text.every((word) => all.includes(word)) && Object.entries(wanted).every(([key, value]) => !value || run[key] === value) && run.status.startsWith(status);
     });
     this.runTable.setRows(rows, this.limit);
-    byId("count").textContent = `${rows.length} of ${plural(this.report.runs.length, "run")}`;
+    const { sample, counts, runs } = this.report;
+    byId("count").textContent = `${rows.length.toLocaleString("en")} of ${plural(runs.length, sample ? "listed run" : "run")}${sample ? `, of ${counts.runs.toLocaleString("en")}` : ""}`;
     byId("more").hidden = rows.length <= this.limit;
     byId("more").textContent = `Show more (${Math.max(0, rows.length - this.limit)} left)`;
-    byId("runs-note").textContent = rows.some((run) => run.thesis)
-      ? "Thesis: what its tables print for the same law, motion and payload; tables 6-1 and 6-2 are simulated, 7-1 to 7-9 measured on its rig." : "";
+    byId("runs-note").textContent = [sample && `${plural(runs.length, "run")} of ${counts.runs.toLocaleString("en")} are listed: of each variant those with the largest errors, others at evenly spaced ranks ` +
+      "of the error, the first that were unstable or failed. Ranking, distribution and solver times are over all; runs.csv has every run.",
+      rows.some((run) => run.thesis) && "Thesis: what its tables print for the same law, motion and payload; tables 6-1 and 6-2 are simulated, 7-1 to 7-9 measured on its rig."].filter(Boolean).join(" ");
   }
 
   choose(slot, id) {

@@ -2,16 +2,6 @@
 
 const BINS_A_DECADE = 10;
 
-// Sums histograms {first, counts} into one; null of none.
-function sumHistograms(list) {
-  if (!list.length) return null;
-  const first = Math.min(...list.map((h) => h.first));
-  const end = Math.max(...list.map((h) => h.first + h.counts.length));
-  const counts = new Array(end - first).fill(0);
-  for (const h of list) h.counts.forEach((count, i) => { counts[h.first - first + i] += count; });
-  return { first, counts };
-}
-
 function histogramChart(name, histogram, range, summary, deadline) {
   const chart = new Chart(330, 190, `Solver time of ${name}: ${summary}`);
   const { left, right, top, bottom } = chart.box;
@@ -35,14 +25,10 @@ function histogramChart(name, histogram, range, summary, deadline) {
   return chart.svg;
 }
 
-// `runs`: those of the scenarios compared.
-function drawSolveTimes(report, runs) {
-  const rows = [];
-  for (const variant of new Set(runs.map((run) => run.variant))) {
-    const own = runs.filter((run) => run.variant === variant && run.solves && run.solves.counts.length);
-    const histogram = sumHistograms(own.map((run) => run.solves));
-    if (histogram) rows.push({ variant, histogram, late: own.reduce((sum, run) => sum + (run.deadline_misses ?? 0), 0) });
-  }
+// Sums over all runs of the scenarios compared, listed or not.
+function drawSolveTimes(report, ranking) {
+  const rows = report.variants.flatMap(({ name }) => ranking.variants.filter((v) => v.variant === name && v.solves.counts.length))
+    .map(({ variant, solves }) => ({ variant, histogram: solves, late: solves.late }));
   const place = byId("histograms");
   if (!rows.length) {
     place.replaceChildren(element("p", { class: "note" }, "No run with recorded solver times."));

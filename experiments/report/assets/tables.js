@@ -81,7 +81,7 @@ function rankedColumns(system) {
     ...system.efforts.map((effort) => ({ ...metricColumn({ ...effort, whole: false }), best: effort.best_least ? "least" : undefined })),
     { key: "solve_p50_us", label: "Solve p50", unit: "\u00b5s", best: "least", value: (v) => v.solve_p50_us },
     { key: "solve_p99_us", label: "p99", unit: "\u00b5s", best: "least", value: (v) => v.solve_p99_us },
-    { key: "failed", label: "Failed", unit: "of runs", value: (v) => v.failed + v.unstable, show: (v) => `${v.failed} of ${v.runs}${v.unstable ? `, ${v.unstable} unstable` : ""}` },
+    { key: "failed", label: "Failed", unit: "of runs", value: (v) => v.failed + v.unstable, show: (v) => `${v.failed.toLocaleString("en")} of ${v.runs.toLocaleString("en")}${v.unstable ? `, ${v.unstable.toLocaleString("en")} unstable` : ""}` },
   ];
 }
 
@@ -93,7 +93,7 @@ function drawRanking(table, ranking, system) {
   const efforts = system.efforts.map(({ label }) => label);
   const means = efforts.length ? ` ${capital(enumeration(efforts))}: ${efforts.length > 1 ? "means" : "mean"}.` : "";
   byId("ranking-note").textContent =
-    `* least. ${capital(system.label)}: geometric mean of the ${system.error} over ${ranking.common} of ${plural(ranking.scenarios.length, "scenario")} ` +
+    `* least. ${capital(system.label)}: geometric mean of the ${system.error} over ${ranking.common.toLocaleString("en")} of ${plural(ranking.scenario_count, "scenario")} ` +
     `(those that every ranked variant finished).${means} p50: median, p99: worst run.${spread}`;
 }
 

@@ -51,7 +51,7 @@ function decimalsOf(step) {
   return decimals;
 }
 
-const plural = (count, word) => `${count} ${word}${count === 1 ? "" : "s"}`;
+const plural = (count, word) => `${count.toLocaleString("en")} ${word}${count === 1 ? "" : "s"}`;
 
 // A colour of the style sheet in force.
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();

@@ -4,7 +4,6 @@
 #include "core/config/reader.hpp"
 #include "experiments/base/bounded_json.hpp"
 #include "experiments/base/files.hpp"
-#include "experiments/campaign/run_file.hpp"
 #include "experiments/rig/log/tick_fields.hpp"
 
 #include <algorithm>
@@ -36,14 +35,10 @@ LiveState::LiveState(const Campaign& campaign, const std::string& folder, bool o
   results_.campaign = campaign;
   results_.manifest = {{"campaign", campaign.name}, {"status", "running"}};
   manifest_text_ = read_whole_file(folder + "/manifest.json", file_size::json).value_or("");
-  for (const CampaignRun& run : campaign.runs) {
-    std::error_code error;
-    const auto written = std::filesystem::last_write_time(file_of(run), error);
-    if (only_new && !error) left_aside_[run.id] = written;
-  }
+  results_.kept = std::make_shared<StoredRuns>(folder, campaign);
+  shown_.resize(results_.kept->size());
+  if (only_new) results_.kept->leave_aside();
 }
-
-std::string LiveState::file_of(const CampaignRun& run) const { return results_.folder + "/runs/" + run.id + ".json"; }
 
 bool LiveState::read_manifest() {
   const auto text = read_whole_file(results_.folder + "/manifest.json", file_size::json);
@@ -59,32 +54,36 @@ bool LiveState::read_manifest() {
   }
 }
 
-bool LiveState::read_run(const CampaignRun& run) {
-  std::error_code error;
-  const auto written = std::filesystem::last_write_time(file_of(run), error);
-  const auto earlier = left_aside_.find(run.id);
-  if (error || (earlier != left_aside_.end() && earlier->second == written)) return false;
+/// Takes up what ended since; of an earlier program or campaign it is being repeated.
+bool LiveState::read_runs() {
   try {
-    const auto file = read_run_file(file_of(run));
-    // Of an earlier program or campaign: it is being repeated.
-    if (!file || file->configuration != run.hash) return false;
-    StoredRun stored{run.id, file->record};
-    if (const auto trace = read_trace(results_, stored); trace && !trace->ticks.empty())
-      curves_[run.id] = {trace->solves, "served"};
-    results_.runs.push_back(std::move(stored));
-    return true;
-  } catch (const std::exception&) {
-    return false;  // not a file of ours
+    if (!results_.kept->refresh()) return false;
+  } catch (const ConfigError&) {
+    return false;  // no files of ours
   }
+  const std::size_t before = results_.runs.size();
+  read_kept_runs(results_, [&](std::size_t run) { return !shown_[run] && results_.runs.size() < most_listed_runs; });
+  for (std::size_t i = before; i < results_.runs.size(); ++i) {
+    StoredRun& run = results_.runs[i];
+    shown_[*run.index] = true;
+    try {
+      if (const auto trace = read_trace(results_, run); trace && !trace->ticks.empty()) {
+        curves_[run.id] = "served";
+        if (run.solves.counts.empty()) run.solves = trace->solves;
+      }
+    } catch (const ConfigError&) {
+      // it is shown without curves
+    }
+  }
+  std::ranges::sort(results_.runs, {}, &StoredRun::index);
+  return true;
 }
 
 void LiveState::refresh() {
   const std::lock_guard lock(mutex_);
   if (Clock::now() < next_look_) return;
   bool news = read_manifest();
-  for (const CampaignRun& run : results_.campaign.runs)
-    if (std::ranges::find(results_.runs, run.id, &StoredRun::id) == results_.runs.end()) news = read_run(run) || news;
-  if (news) sort_runs(results_.campaign, results_.runs);
+  news = read_runs() || news;
   revision_ += news;
   next_look_ = Clock::now() + between_looks;
 }

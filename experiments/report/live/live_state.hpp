@@ -4,7 +4,6 @@
 #include "experiments/rig/log/tick_fields.hpp"
 
 #include <chrono>
-#include <filesystem>
 #include <map>
 #include <mutex>
 #include <string>
@@ -32,17 +31,16 @@ class LiveState {
 
  private:
   using Clock = std::chrono::steady_clock;
-  std::string file_of(const CampaignRun& run) const;
   bool read_manifest();
-  bool read_run(const CampaignRun& run);
+  bool read_runs();
   void thin_ticks();
   std::string series_key() const;
 
   std::mutex mutex_;
   Results results_;
   TickFormat format_;
-  std::map<std::string, RunCurves> curves_;
-  std::map<std::string, std::filesystem::file_time_type> left_aside_;
+  std::map<std::string, std::string> curves_;  // what report_json() has to know of them
+  std::vector<bool> shown_;                    // of the campaign's runs
   std::string manifest_text_, json_;
   int revision_ = 0, json_revision_ = -1;
   Clock::time_point next_look_{};

@@ -113,14 +113,27 @@ TEST(Compare, SelectionTakesAnyKnownVariant) {
   }
 }
 
+/// The row of runs.csv of a run.
+std::map<std::string, std::string> row_of(const Folder& folder, const std::string& scenario, const std::string& variant,
+                                          const std::string& seed) {
+  for (auto& row : read_csv(text_of(folder.file("o/runs.csv"))))
+    if (row.at("scenario") == scenario && row.at("variant") == variant && row.at("seed") == seed) return row;
+  return {};
+}
+
+/// Changes a byte of a file, counted from its end.
+void flip(const std::string& path, std::size_t from_end) {
+  std::string bytes = text_of(path);
+  bytes[bytes.size() - from_end] = static_cast<char>(bytes[bytes.size() - from_end] ^ 0x20);
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
 TEST(Compare, ResumesWhatIsTheSameAndRepeatsWhatChanged) {
   Folder folder;
   folder.write("c.toml", small_campaign);
   ASSERT_EQ(run_program(folder, "compare c.toml --out o").exit_code, 0);
   const std::string before = text_of(folder.file("o/runs.csv"));
-  const auto kept = folder.file("o/runs/step--nine_pd--s3.json"),
-             changed = folder.file("o/runs/loaded--nine_pd--s3.json");
-  const std::string kept_text = text_of(kept), changed_text = text_of(changed);
+  const auto kept = row_of(folder, "step", "nine_pd", "3"), changed = row_of(folder, "loaded", "nine_pd", "3");
 
   EXPECT_THAT(run_program(folder, "compare c.toml --out o").err, HasSubstr("8 of 8 runs are there already"));
   EXPECT_EQ(text_of(folder.file("o/runs.csv")), before) << "timing columns too: nothing ran again";
@@ -129,12 +142,12 @@ TEST(Compare, ResumesWhatIsTheSameAndRepeatsWhatChanged) {
   other.replace(other.find("0.15"), 4, "0.30");
   folder.write("c.toml", other);
   EXPECT_THAT(run_program(folder, "compare c.toml --out o").err, HasSubstr("4 of 8 runs are there already"));
-  EXPECT_EQ(text_of(kept), kept_text);
-  EXPECT_NE(text_of(changed), changed_text);
+  EXPECT_EQ(row_of(folder, "step", "nine_pd", "3"), kept);
+  EXPECT_NE(row_of(folder, "loaded", "nine_pd", "3"), changed);
 
-  folder.write("o/runs/step--nine_pd--s3.json", "{ half a fi");
-  EXPECT_THAT(run_program(folder, "compare c.toml --out o").err, HasSubstr("7 of 8 runs are there already"));
-  EXPECT_EQ(read_csv(text_of(folder.file("o/runs.csv"))).size(), 8u);
+  folder.write("c.toml", small_campaign);  // and back: what was done is still there
+  EXPECT_THAT(run_program(folder, "compare c.toml --out o").err, HasSubstr("8 of 8 runs are there already"));
+  EXPECT_EQ(text_of(folder.file("o/runs.csv")), before);
 }
 
 TEST(Compare, ResumesOnlyWhatIsAsItWasWritten) {
@@ -142,42 +155,38 @@ TEST(Compare, ResumesOnlyWhatIsAsItWasWritten) {
   folder.write("c.toml", small_campaign);
   ASSERT_EQ(run_program(folder, "compare c.toml --out o").exit_code, 0);
   const std::string before = without_timing(text_of(folder.file("o/runs.csv")));
-  const std::string json = "o/runs/step--nine_pd--s3.json", trace = "o/runs/step--nine_pd--s3.trace";
-  const std::string whole_json = text_of(folder.file(json)), whole_trace = text_of(folder.file(trace));
-  const auto done_again = [&](const std::string& file) {
+  const std::string runs = "o/shards/all.runs", traces = "o/shards/all.traces";
+  const auto done_again = [&](int kept, const std::string& why) {
     const ProgramRun again = run_program(folder, "compare c.toml --out o");
     EXPECT_EQ(again.exit_code, 0);
-    EXPECT_THAT(again.err, HasSubstr("7 of 8 runs are there already"));
-    EXPECT_THAT(again.err, HasSubstr("solenoid: done again: " + file));
+    EXPECT_EQ(again.err.find(std::to_string(kept) + " of 8 runs are there already") != std::string::npos, kept > 0);
+    EXPECT_THAT(again.err, HasSubstr("solenoid: done again: " + why));
     EXPECT_EQ(without_timing(text_of(folder.file("o/runs.csv"))), before);
     EXPECT_THAT(run_program(folder, "compare c.toml --out o").err, HasSubstr("8 of 8 runs are there already"));
   };
-  std::string edited = whole_json;
-  const std::size_t value = edited.find("\"rmse_mm\": ") + 11;
-  edited.replace(value, edited.find(',', value) - value, "1e-6");
-  folder.write(json, edited);
-  done_again(json + ": is damaged");
-  folder.write(json, whole_json.substr(0, whole_json.size() / 2));
-  done_again(json + ":");
-  folder.write(json, whole_json.substr(0, whole_json.find(",\n  \"checksums\"")) + "\n}\n");
-  done_again(json + ": has no checksum");
-  nlohmann::ordered_json without = nlohmann::ordered_json::parse(whole_json);
-  without.at("checksums").erase("trace");
-  folder.write(json, without.dump());
-  folder.write(trace, "anything");
-  done_again(json + ": has no checksum of its trace");
-  folder.write(trace, whole_trace.substr(0, whole_trace.size() - 1));
-  done_again(trace + ": is damaged");
-  std::filesystem::remove(folder.file(trace));
-  done_again(trace + ": is missing");
+  const auto cut = [&](const std::string& file, std::size_t bytes) {
+    std::filesystem::resize_file(folder.file(file), std::filesystem::file_size(folder.file(file)) - bytes);
+  };
+  flip(folder.file(runs), 100);
+  done_again(7, runs + ": ");
+  cut(runs, 1);
+  done_again(7, runs + ": ");
+  cut(runs, 200);
+  done_again(7, runs + ": ");
+  flip(folder.file(traces), 1);
+  done_again(7, traces + ": is damaged at byte ");
+  cut(traces, 1);
+  done_again(7, traces + ": is damaged at byte ");
+  std::filesystem::remove(folder.file(traces));
+  done_again(0, traces + ": cannot be read: No such file or directory");
 }
 
 TEST(Compare, NeverWaitsForAPipeInItsFolder) {
   Folder folder;
   folder.write("c.toml", small_campaign);
-  for (const char* name : {"log.txt", ".lock", ".room", "manifest.json.tmp", "runs/step--nine_pd--s3.json.tmp"}) {
+  for (const char* name : {"log.txt", ".lock", ".room", "manifest.json.tmp", "shards/all.runs", "shards/all.traces"}) {
     std::filesystem::remove_all(folder.file("o"));
-    std::filesystem::create_directories(folder.file("o/runs"));
+    std::filesystem::create_directories(folder.file("o/shards"));
     ASSERT_EQ(::mkfifo(folder.file(std::string("o/") + name).c_str(), 0600), 0);
     const ProgramRun ended = run_program(folder, "compare c.toml --out o --jobs 1", "timeout -s KILL 20");
     EXPECT_EQ(ended.exit_code, 2) << name;
@@ -245,7 +254,7 @@ pid_t start_and_await_first_run(const Folder& folder) {
     ::execl(SOLENOID_PROGRAM, "solenoid", "compare", "c.toml", "--out", "o", "--jobs", "2", nullptr);
     ::_exit(98);
   }
-  while (!std::filesystem::exists(folder.file("o/runs/short--thesis_pd--s1.json"))) {
+  while (text_of(folder.file("o/log.txt")).find("short--thesis_pd--s1: ok") == std::string::npos) {
     if (::waitpid(process, nullptr, WNOHANG) == process) throw std::runtime_error("ended before its first run");
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }

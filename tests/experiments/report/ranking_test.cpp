@@ -97,10 +97,10 @@ TEST(Ranking, RecordsOfDifferentSystemsNeverMix) {
   ASSERT_EQ(ranking.variants.size(), 2u);
   EXPECT_EQ(ranking.variants[0].error, 1.0);
   EXPECT_EQ(ranking.variants[0].runs, 1);
-  const std::vector<std::vector<RunRecord>> parts = by_system(runs);
+  const std::vector<RunTable> parts = tables_of(runs);
   ASSERT_EQ(parts.size(), 2u);
   EXPECT_EQ(parts[0].size(), 2u);
-  EXPECT_EQ(parts[1].front().system, first.name());
+  EXPECT_EQ(&parts[1].system(), &first.description());
   const std::string text = result_of(runs, true).text(false);
   EXPECT_THAT(text, HasSubstr(first.description().judged.error));
   EXPECT_THAT(text, HasSubstr(second.description().judged.error));

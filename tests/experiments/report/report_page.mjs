@@ -1,6 +1,6 @@
 // A report in headless Chromium, used as a person would: loads from disk without network, sorts, filters, zooms, overlays, prints.
 // Arguments: report.html, of the actuator or with "brief" of a system with ticks of 25 us, some axes in one unit and nothing to choose;
-// or the address of a live page and "live". Speaks the DevTools protocol over a pipe, so that it needs no
+// with "large" of which runs are listed in part; or the address of a live page and "live". Speaks the DevTools protocol over a pipe, so that it needs no
 // library. Prints a line a check; exit code 1 with the reason at the first that fails.
 import { spawn } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
@@ -81,6 +81,8 @@ async function open() {
   if (mode !== "live") await page("Network.emulateNetworkConditions", { offline: true, latency: 0, downloadThroughput: 0, uploadThroughput: 0 });
   await page("Page.navigate", { url: mode === "live" ? target : pathToFileURL(resolve(target)).href });
   await until(`document.documentElement?.dataset.ready === "true"`, "the page's own word that it is ready");
+  const opened = await evaluate(`new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(performance.now()))))`);
+  console.log(`--  read and drawn ${Math.round(opened)} ms after the browser was sent to it`);
 }
 
 async function tables() {
@@ -168,6 +170,34 @@ async function brief() {
   check(/^[0-9.]+ ms: .+ A, .+mode /.test(await evaluate(`document.getElementById("spoken").textContent`)), "the keyboard reads out what the panels have");
 }
 
+// Of some runs in a list, and numbers over all.
+async function large() {
+  const { listed, all, variants } = JSON.parse(await evaluate(`(() => {
+    const { runs, counts, rankings } = JSON.parse(document.getElementById("data").textContent);
+    return JSON.stringify({ listed: runs.length, all: counts, variants: rankings[0].variants });
+  })()`));
+  const text = (id) => evaluate(`document.getElementById("${id}").textContent`), grouped = (n) => n.toLocaleString("en");
+  check(listed < all.runs && (await text("subtitle")).startsWith(`${grouped(all.runs)} runs: ${grouped(all.ok)} ok`), "the heading counts all runs");
+  check((await text("count")) === `${grouped(listed)} of ${grouped(listed)} listed runs, of ${grouped(all.runs)}`, "the list says that it is a part");
+  check((await text("runs-note")).startsWith(`${grouped(listed)} runs of ${grouped(all.runs)} are listed: `), "and which part");
+  check((await evaluate(`document.querySelectorAll("#distribution path.curve").length`)) === variants.length, "a curve of the errors' distribution a variant");
+  check((await evaluate(`document.querySelectorAll("#distribution .legend li").length`)) === variants.length, "a line of the legend a curve");
+  const { errors, ok, runs } = variants[0].distribution;
+  const name = await evaluate(`document.querySelector("#distribution svg").getAttribute("aria-label")`);
+  check(name.includes(`largest ${errors.at(-1).toPrecision(3)}`), "the drawing's name says its numbers");
+  const path = await evaluate(`document.querySelector("#distribution path.curve").getAttribute("d")`);
+  const points = path.slice(1, path.lastIndexOf("H")).split("L").map((point) => point.split(" ").map(Number));
+  check(points.every(([x, y], i) => i === 0 || (x >= points[i - 1][0] && y <= points[i - 1][1])), "a curve never falls");
+  const box = { left: 52, right: 752, top: 22, bottom: 262 }, share = (y) => (box.bottom - y) / (box.bottom - box.top);
+  check(Math.abs(share(points.at(-1)[1]) - ok / runs) < 0.002, "it ends at the share of runs that ended well");
+  const everything = variants.flatMap((v) => v.distribution.errors), most = Math.max(...everything), least = Math.max(Math.min(...everything), most / 1e6);
+  const [low, high] = [least / 1.05, most * 1.05].map(Math.log10), x = (error) => box.left + ((Math.log10(error) - low) / (high - low)) * (box.right - box.left);
+  const median = errors[Math.ceil(0.5 * errors.length) - 1];
+  check(Math.abs(points.find(([, y]) => share(y) >= (0.5 * ok) / runs - 0.002)[0] - x(median)) < 3, "half of them are where the median is");
+  const told = await evaluate(`[...document.querySelectorAll("#histograms svg")].map((svg) => svg.getAttribute("aria-label")).join("; ")`);
+  check(variants.every((v) => told.includes(`${v.variant}: ${grouped(v.solves.counts.reduce((sum, n) => sum + n, 0))} solves`)), "solver times are of all runs");
+}
+
 async function looks() {
   const background = () => evaluate(`getComputedStyle(document.body).backgroundColor`);
   const light = await background();
@@ -194,7 +224,7 @@ let code = 0;
 try {
   await open();
   if (mode === "live") await live();
-  else for (const part of mode === "brief" ? [brief, looks] : [tables, plots, looks]) await part();
+  else for (const part of mode === "brief" ? [brief, looks] : mode === "large" ? [large, looks] : [tables, plots, looks]) await part();
   check(troubles.length === 0, `nothing on the console ${troubles.join("; ")}`);
   check(mode === "live" || requests.every((url) => url.startsWith("file:") || url.startsWith("data:")), `no request but for the file itself ${requests.join(" ").slice(0, 300)}`);
 } catch (problem) {

@@ -3,8 +3,10 @@
 #include "experiments/base/child_process.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/report/live/live_server.hpp"
+#include "experiments/report/page.hpp"
 #include "tests/experiments/needs_uplot.hpp"
 #include "tests/experiments/program_under_test.hpp"
+#include "tests/experiments/synthetic_runs.hpp"
 
 #include <chrono>
 #include <csignal>
@@ -141,6 +143,16 @@ TEST(ReportPage, KnowsAnotherSystemByItsDescription) {
   const test::ProgramRun report = test::run_program(folder, "report r -o page.html");
   ASSERT_EQ(report.exit_code, 0) << report.err;
   EXPECT_THAT(browse(folder, "page.html brief"), testing::EndsWith("exit 0"));
+}
+
+TEST(ReportPage, SaysWhatItListsOfMoreRunsThanItCanList) {
+  NEEDS_A_BROWSER();
+  const test::Folder folder;
+  const Campaign campaign = test::synthetic_campaign({"thesis_pd", "nine_state", "thesis_cylinder"}, 600);
+  test::write_synthetic(campaign, folder.file("r"), 4);
+  Results results = read_results(folder.file("r"), {.most = 100, .sample = 60});
+  folder.write("page.html", report_of(results, true));
+  EXPECT_THAT(browse(folder, "page.html large"), testing::EndsWith("exit 0"));
 }
 
 TEST(LivePage, FillsWhileACampaignWorksAndEndsWithCtrlC) {

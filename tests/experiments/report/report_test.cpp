@@ -5,6 +5,7 @@
 #include "experiments/systems/actuator/simulation/thesis_cell.hpp"
 #include "tests/experiments/needs_uplot.hpp"
 #include "tests/experiments/program_under_test.hpp"
+#include "tests/experiments/report/older_folder.hpp"
 
 #include <limits>
 
@@ -41,6 +42,19 @@ const test::Folder& small_results() {
     return run.exit_code;
   }();
   EXPECT_EQ(exit_code, 0);
+  return folder;
+}
+
+/// The same as the version before would have left them, a file a run.
+const test::Folder& older_results() {
+  static const test::Folder folder;
+  static const bool made = [] {
+    std::filesystem::copy(small_results().file("results"), folder.file("results"),
+                          std::filesystem::copy_options::recursive);
+    test::make_older(folder.file("results"));
+    return true;
+  }();
+  EXPECT_TRUE(made);
   return folder;
 }
 
@@ -144,7 +158,7 @@ TEST(Report, Base64IsRfc4648) {
 TEST(Report, AThousandRunsStaySmall) {
   NEEDS_UPLOT();
   const test::Folder folder;
-  std::filesystem::copy(small_results().file("results"), folder.file("r"), std::filesystem::copy_options::recursive);
+  std::filesystem::copy(older_results().file("results"), folder.file("r"), std::filesystem::copy_options::recursive);
   std::string seeds;
   for (int seed = 3; seed < 253; ++seed) {
     seeds += fmt::format("{}{}", seed > 3 ? ", " : "", seed);
@@ -155,8 +169,8 @@ TEST(Report, AThousandRunsStaySmall) {
       if (seed <= 4) continue;
       RunFile kept = read_run_file(file(3, "json")).value();
       kept.record.seed = static_cast<std::uint64_t>(seed);
-      std::ofstream(file(seed, "json")) << run_file_text(kept.configuration, kept.record,
-                                                         test::text_of(file(3, "trace")));
+      std::ofstream(file(seed, "json")) << test::older_run_text(kept.configuration, kept.record,
+                                                                test::text_of(file(3, "trace")));
       std::filesystem::copy(file(3, "trace"), file(seed, "trace"));
     }
   }
@@ -217,7 +231,7 @@ TEST(Report, BadFoldersAreRefusedByName) {
   };
   const auto fresh = [&] {
     std::filesystem::remove_all(folder.file("r"));
-    std::filesystem::copy(small_results().file("results"), folder.file("r"), std::filesystem::copy_options::recursive);
+    std::filesystem::copy(older_results().file("results"), folder.file("r"), std::filesystem::copy_options::recursive);
   };
   refused("nowhere", "nowhere: no folder");
   folder.write("file", "x");
@@ -248,7 +262,7 @@ TEST(Report, DamagedRunsAreLeftOutNamedAndShownAsMissing) {
   const test::Folder folder;
   const auto fresh = [&] {
     std::filesystem::remove_all(folder.file("r"));
-    std::filesystem::copy(small_results().file("results"), folder.file("r"), std::filesystem::copy_options::recursive);
+    std::filesystem::copy(older_results().file("results"), folder.file("r"), std::filesystem::copy_options::recursive);
   };
   const auto left_out = [&](const std::string& file) {
     const test::ProgramRun report = test::run_program(folder, "report r");
@@ -277,20 +291,20 @@ TEST(Report, DamagedRunsAreLeftOutNamedAndShownAsMissing) {
   const RunFile kept = read_run_file(folder.file("r/runs/step--nine_pd--s3.json")).value();
   folder.write("r/runs/step--nine_pd--s3.trace", "SLT2 and then rubbish");
   folder.write("r/runs/step--nine_pd--s3.json",
-               run_file_text(kept.configuration, kept.record, "SLT2 and then rubbish"));
+               test::older_run_text(kept.configuration, kept.record, "SLT2 and then rubbish"));
   left_out("step--nine_pd--s3.trace: a trace's");
 }
 
 /// The small campaign's results, a fresh copy of them in "r".
-void copy_results(const test::Folder& folder) {
+void copy_results(const test::Folder& folder, const test::Folder& from = small_results()) {
   std::filesystem::remove_all(folder.file("r"));
-  std::filesystem::copy(small_results().file("results"), folder.file("r"), std::filesystem::copy_options::recursive);
+  std::filesystem::copy(from.file("results"), folder.file("r"), std::filesystem::copy_options::recursive);
 }
 
 TEST(Report, ACopiedRunIsNotCountedTwice) {
   NEEDS_UPLOT();
   const test::Folder folder;
-  copy_results(folder);
+  copy_results(folder, older_results());
   for (const char* kind : {"json", "trace"})
     std::filesystem::copy(folder.file(fmt::format("r/runs/step--nine_pd--s3.{}", kind)),
                           folder.file(fmt::format("r/runs/copy.{}", kind)));
@@ -304,6 +318,21 @@ TEST(Report, ACopiedRunIsNotCountedTwice) {
   for (const ordered_json& variant : data["rankings"][0]["variants"]) EXPECT_EQ(variant.at("runs"), 4);
   ASSERT_EQ(data.at("left_out").size(), 1u);
   EXPECT_EQ(data["left_out"][0].at("id"), "copy");
+}
+
+TEST(Report, AFolderThatTheVersionBeforeWroteIsRead) {
+  const std::string folder = SOLENOID_SOURCE_DIR "/tests/data/older_results";
+  Results results = read_results(folder);
+  EXPECT_TRUE(results.left_out.empty());
+  ASSERT_EQ(results.runs.size(), 2u);
+  for (const StoredRun& run : results.runs) {
+    const ordered_json file = ordered_json::parse(test::text_of(folder + "/runs/" + run.id + ".json"));
+    EXPECT_EQ(to_json(run.record), file.at("run"));
+    EXPECT_EQ(encode_trace(read_trace(results, run).value()), test::text_of(folder + "/runs/" + run.id + ".trace"));
+  }
+  const test::Folder here;
+  EXPECT_THAT(test::refusal_of(here, "merge '" + folder + "'"),
+              HasSubstr("there is nothing to merge, a version before wrote it"));
 }
 
 TEST(Report, AManifestOfWrongTypesIsRefusedByItsKey) {
@@ -327,7 +356,7 @@ TEST(Report, AManifestOfWrongTypesIsRefusedByItsKey) {
 TEST(Report, ARunsFileOfWrongTypesIsToldInItsOwnWords) {
   NEEDS_UPLOT();
   const test::Folder folder;
-  copy_results(folder);
+  copy_results(folder, older_results());
   const ordered_json whole = ordered_json::parse(test::text_of(folder / "r/runs/step--nine_pd--s3.json"));
   const auto told = [&](const std::string& key, const ordered_json& value) {
     ordered_json changed = whole;
@@ -348,7 +377,7 @@ TEST(Report, ARunsFileOfWrongTypesIsToldInItsOwnWords) {
 TEST(Report, ATraceWithoutItsChecksumIsNotBelieved) {
   NEEDS_UPLOT();
   const test::Folder folder;
-  copy_results(folder);
+  copy_results(folder, older_results());
   ordered_json record = ordered_json::parse(test::text_of(folder / "r/runs/step--nine_pd--s3.json"));
   record.at("checksums").erase("trace");
   folder.write("r/runs/step--nine_pd--s3.json", record.dump());
@@ -358,14 +387,14 @@ TEST(Report, ATraceWithoutItsChecksumIsNotBelieved) {
 
 TEST(Report, ATraceThatCannotBeDrawnIsRefusedByName) {
   const test::Folder folder;
-  copy_results(folder);
+  copy_results(folder, older_results());
   const std::string id = "step--nine_pd--s3";
   const RunFile kept = read_run_file(folder.file("r/runs/" + id + ".json")).value();
   const Trace whole = decode_trace(test::text_of(folder / ("r/runs/" + id + ".trace")));
   const auto refused = [&](const std::string& figure, const Trace& trace, const std::string& words) {
     const std::string bytes = encode_trace(trace);
     folder.write("r/runs/" + id + ".trace", bytes);
-    folder.write("r/runs/" + id + ".json", run_file_text(kept.configuration, kept.record, bytes));
+    folder.write("r/runs/" + id + ".json", test::older_run_text(kept.configuration, kept.record, bytes));
     const std::string told = test::refusal_of(folder, "report r --figure " + figure + " --svg a.svg");
     EXPECT_THAT(told, HasSubstr(words));
     EXPECT_THAT(told, HasSubstr("(allowed: "));
@@ -436,7 +465,8 @@ TEST(Report, ARunInRealTimeHasNoTraceOfAnEarlierOne) {
       test::run_program(folder, "run nine_pd --campaign c.toml --scenario step --seed 3 --no-realtime --quiet --out r");
   ASSERT_LT(run.exit_code, 2) << run.err;
   EXPECT_TRUE(std::filesystem::exists(folder / "r/step--nine_pd--s3.mcap"));
-  EXPECT_FALSE(std::filesystem::exists(folder / "r/runs/step--nine_pd--s3.trace"));
+  const Results results = read_results(folder.file("r"));
+  EXPECT_FALSE(results.kept->traced(results.run("step--nine_pd--s3").index.value()));
   EXPECT_EQ(test::run_program(folder, "report r").err, "");
 }
 

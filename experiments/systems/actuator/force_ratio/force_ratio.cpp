@@ -91,9 +91,7 @@ RatioMeasured measured_from(const std::map<std::string, Json>& runs) {
 
 /// The judging runs of a campaign, each kept on disk as it ends; nothing if interrupted.
 std::optional<RatioMeasured> judge(const Campaign& campaign, const std::string& path, int jobs) {
-  std::string identity;
-  for (const CampaignRun& run : campaign.runs) identity += run.hash;
-  identity = fingerprint(identity);
+  const std::string identity = identity_of(campaign);
   std::map<std::string, Json> runs;
   if (const auto text = read_whole_file(path, file_size::json)) {
     const Json kept = parse_json(*text, path, "a file of an earlier run, or none");
