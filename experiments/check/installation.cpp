@@ -114,6 +114,7 @@ std::vector<Check> check_installation() {
   checks.push_back({"optional", "uPlot", uplot ? "ok" : "missing",
                     uplot ? "built in (curves of reports)"
                           : "curves of reports: apt-get install npm, npm ci in the project's folder, build again"});
+  checks.push_back(optional_program("sbatch", "slurm-client", "campaigns on a cluster"));
   checks.push_back(optional_program("node", "nodejs", "tests of the report and logs"));
   checks.push_back(optional_program("npm", "npm", "uPlot for reports"));
   checks.push_back(optional_program("chromium", "chromium", "testing the report"));

@@ -25,6 +25,7 @@ void add_plot(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_report(CLI::App& app, int& exit_code);
 void add_merge(CLI::App& app, int& exit_code);
+void add_status(CLI::App& app, int& exit_code);
 void add_scaling(CLI::App& app, int& exit_code);
 void add_profile(CLI::App& app, int& exit_code);
 void add_certify(CLI::App& app, int& exit_code);

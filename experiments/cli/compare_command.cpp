@@ -8,6 +8,7 @@
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/live_options.hpp"
 #include "experiments/cli/output_options.hpp"
+#include "experiments/cli/slurm_options.hpp"
 #include "experiments/cli/value_kinds.hpp"
 #include "experiments/report/comparison.hpp"
 #include "experiments/report/live/live_server.hpp"
@@ -34,6 +35,7 @@ struct CompareArguments {
   CampaignOptions run;
   Selection selection;
   std::string shard, traces = "all";
+  SlurmOptions slurm;
   bool details = false, live = false;
   int live_port = 0;
 };
@@ -113,24 +115,43 @@ int compare_shard(const Campaign& campaign, const CompareArguments& options) {
   return result.interrupted ? interrupted : result.failed > 0 ? failure : success;
 }
 
-/// What makes no sense of a part of a campaign.
-void refuse_beside_parts(const CompareArguments& options) {
-  if (options.run.shard.alone || !(options.live || !options.pareto.empty() || !options.output.html.empty())) return;
-  throw ConfigError(fmt::format("{}: the campaign is not done here (allowed: without --shard; `merge` makes a report)",
-                                options.live              ? "--live"
-                                : !options.pareto.empty() ? "--pareto"
-                                                          : "--html"));
+/// Has a cluster do a campaign.
+int compare_on_slurm(const Campaign& campaign, CompareArguments options, bool traces_chosen) {
+  if (options.run.out.empty()) options.run.out = new_results_folder(campaign.name);
+  options.slurm.settings.cores = std::max(options.run.jobs, 1);
+  options.slurm.settings.scratch = options.run.scratch;
+  options.slurm.settings.tick_limit_s = options.run.tick_limit_s;
+  if (traces_chosen) options.slurm.settings.traces = options.traces;
+  return submit_campaign(campaign, options.run.out, options.slurm);
 }
 
-int compare(CompareArguments options) {
+/// What makes no sense of a part of a campaign, or of one that is submitted.
+void refuse_beside_parts(const CompareArguments& options) {
+  const bool parted = options.slurm.wanted || !options.run.shard.alone;
+  if (options.slurm.wanted && !options.shard.empty())
+    throw ConfigError("--shard: --slurm parts the campaign itself (allowed: one of them)");
+  if (parted && (options.live || !options.pareto.empty() || !options.output.html.empty()))
+    throw ConfigError(
+        fmt::format("{}: the campaign is not done here (allowed: without --shard and --slurm; `merge` makes a "
+                    "report)",
+                    options.live              ? "--live"
+                    : !options.pareto.empty() ? "--pareto"
+                                              : "--html"));
+}
+
+int compare(CompareArguments options, bool traces_chosen) {
   options.run.traces = TraceKeeping::of(options.traces);
-  options.run.shard = shard_of(options);
+  if (!options.slurm.wanted) options.run.shard = shard_of(options);
   refuse_beside_parts(options);
-  if (!options.run.scratch.empty() && options.run.shard.alone)
-    throw ConfigError("--scratch: the campaign is not parted (allowed: with --shard)");
+  if (!options.run.scratch.empty() && options.run.shard.alone && !options.slurm.wanted)
+    throw ConfigError("--scratch: the campaign is not parted (allowed: with --shard or --slurm)");
   options.selection.leaves_out = true;
   const Campaign campaign = read_campaign(options.campaign, options.selection);
   tell_left_out(campaign.without);
+  if (options.slurm.wanted) {
+    const int submitted = compare_on_slurm(campaign, std::move(options), traces_chosen);
+    return campaign.without.plugins.empty() ? submitted : failure;
+  }
   if (!options.run.shard.alone) return compare_shard(campaign, options);
   std::optional<InterruptGuard> guard;  // a live page stays until Ctrl-C
   if (options.live) guard.emplace();
@@ -183,8 +204,9 @@ void add_compare(CLI::App& app, int& exit_code) {
         return figure ? std::string() : "'" + path + "' (allowed: a file ending in .svg or .png)";
       });
   add_live_options(*command, options->live, options->live_port);
-  command->add_option("--traces", options->traces,
-                      "runs whose every tick is kept: all, none, worst:N of each variant; default all");
+  command->add_option(
+      "--traces", options->traces,
+      "runs whose every tick is kept: all, none, worst:N of each variant; default all, with --slurm none");
   command
       ->add_option(
           "--shard", options->shard,
@@ -192,11 +214,17 @@ void add_compare(CLI::App& app, int& exit_code) {
           "an array job (auto) its share")
       ->type_name("I/N");
   command
-      ->add_option("--scratch", options->run.scratch,
-                   "a folder near the processor that a shard grows in, put into --out when it ends")
+      ->add_option(
+          "--scratch", options->run.scratch,
+          "a folder near the processor that a shard grows in, put into --out when it ends; with --slurm of each "
+          "node, default its TMPDIR or /tmp")
       ->type_name(value_kind::folder);
+  add_slurm_options(*command, options->slurm, true);
   command->add_flag("--details", options->details, "every run below its scenario, however many");
-  command->callback([options, &exit_code] { exit_code = compare(*options); });
+  command->callback([options, command, &exit_code] {
+    options->slurm.require_slurm(*command);
+    exit_code = compare(*options, command->count("--traces") > 0);
+  });
 }
 
 }  // namespace solenoid

@@ -35,7 +35,8 @@ int run_merge(const MergeArguments& options) {
   options.output.write(result);
   if (!merged.no_report.empty()) fmt::print(stderr, "solenoid: no report: {}\n", merged.no_report);
   if (merged.missing > 0)
-    fmt::print(stderr, "solenoid: {} runs are missing; do their shards again and merge again\n", merged.missing);
+    fmt::print(stderr, "solenoid: {} runs are missing; do their shards again and merge again (solenoid status {})\n",
+               merged.missing, options.folder);
   return merged.whole() ? success : failure;
 }
 

@@ -82,6 +82,7 @@ int run(int argc, char** argv) {
   add_reproduce(app, exit_code);
   add_plot(app, exit_code);
   add_merge(app, exit_code);
+  add_status(app, exit_code);
   add_report(app, exit_code);
   add_check(app, exit_code);
   add_scaling(app, exit_code);

@@ -4,6 +4,7 @@
 #include "experiments/base/result.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/output_options.hpp"
+#include "experiments/cli/slurm_options.hpp"
 #include "experiments/cli/value_kinds.hpp"
 #include "experiments/study/fishing.hpp"
 #include "experiments/study/sweep.hpp"
@@ -11,6 +12,7 @@
 #include "experiments/systems/actuator/identify/coverage_study.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <thread>
 
@@ -86,13 +88,42 @@ void add_identification(CLI::App& study, int& exit_code) {
 }
 
 struct SweepCommand {
-  std::string file;
+  std::string name, file;
   CampaignOptions run;
   OutputOptions output;
+  SlurmOptions slurm;
 };
+
+/// Has a cluster do a study's runs; its tables are the finishing job's, which finds them done.
+int sweep_on_slurm(SweepCommand command) {
+  const Study study = read_study(command.file);
+  std::string& out = command.run.out;
+  if (out.empty()) out = new_results_folder(study.campaign.name);
+  SlurmSettings& settings = command.slurm.settings;
+  settings.cores = std::max(command.run.jobs, 1);
+  const std::string folder = std::filesystem::absolute(out).string();
+  settings.finish = {"study", command.name};
+  if (command.name == "sweep") settings.finish.push_back(std::filesystem::absolute(command.file).string());
+  const auto add = [&](const std::string& option, const std::string& value) {
+    if (value.empty()) return;
+    settings.finish.push_back(option);
+    settings.finish.push_back(value);
+  };
+  const auto absolute = [](const std::string& file) {
+    return file.empty() ? file : std::filesystem::absolute(file).string();
+  };
+  add("--out", folder);
+  add("--jobs", std::to_string(settings.cores));
+  add("--format", command.output.format);
+  add("--svg", absolute(command.output.svg));
+  add("--png", absolute(command.output.png));
+  add("--html", absolute(command.output.html));
+  return submit_campaign(study.campaign, out, command.slurm);
+}
 
 /// A study that is data: its campaign is run into a folder, its tables are made of the records.
 int sweep(const SweepCommand& command) {
+  if (command.slurm.wanted) return sweep_on_slurm(command);
   const Study study = read_study(command.file);
   const CampaignResult result = run_campaign(study.campaign, command.run);
   command.output.write(result_of(study, study_rows(study, result.records())), !result.interrupted);
@@ -107,6 +138,7 @@ int sweep(const SweepCommand& command) {
 
 void add_sweep(CLI::App& study, int& exit_code, const std::string& name, const std::string& help) {
   auto options = std::make_shared<SweepCommand>();
+  options->name = name;
   options->file = "studies/" + name + ".toml";  // the shipped one; no folder of results has its name
   CLI::App* command = study.add_subcommand(name, help);
   if (name == "sweep")
@@ -117,7 +149,11 @@ void add_sweep(CLI::App& study, int& exit_code, const std::string& name, const s
   add_jobs_option(*command, options->run.jobs);
   add_output_options(*command, options->output);
   add_figure_options(*command, options->output);
-  command->callback([options, &exit_code] { exit_code = sweep(*options); });
+  add_slurm_options(*command, options->slurm, true);
+  command->callback([options, command, &exit_code] {
+    options->slurm.require_slurm(*command);
+    exit_code = sweep(*options);
+  });
 }
 
 struct ForceRatioCommand {

@@ -1,11 +1,15 @@
 #include "core/config/reader.hpp"
+#include "experiments/base/files.hpp"
 #include "experiments/base/interrupt.hpp"
 #include "experiments/base/result.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/output_options.hpp"
+#include "experiments/cli/slurm_options.hpp"
 #include "experiments/cli/value_kinds.hpp"
+#include "experiments/cluster/slurm_runner.hpp"
 #include "experiments/tune/tune_report.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -22,6 +26,7 @@ struct TuneArguments {
   std::vector<std::string> free, limits;
   std::string objective = "rmse";
   OutputOptions output;
+  SlurmOptions slurm;
 };
 
 /// Reads "air_g=2".
@@ -41,6 +46,11 @@ int run_tuning(TuneArguments& options) {
   for (const std::string& text : options.limits) settings.limits.insert(parse_limit(text));
   settings.aim = options.objective == "step" ? TuneAim::step : TuneAim::rmse;
   if (settings.out.empty()) settings.out = new_tuning_folder(settings.variant);
+  if (options.slurm.wanted) {
+    options.slurm.settings.cores = std::max(settings.jobs, 1);
+    create_folder(settings.out);
+    settings.run = slurm_runner(settings.out, options.slurm.settings);
+  }
   const InterruptGuard guard;
   const TuneResult result = tune(settings, [&](const TuneResult& so_far) {
     fmt::print(stderr, "{}\n", tune_progress(settings, so_far));
@@ -92,7 +102,11 @@ void add_tune(CLI::App& app, int& exit_code) {
   add_jobs_option(*command, s.jobs);
   add_out_option(*command, s.out, "folder");
   add_output_options(*command, options->output, {"table", "json"});
-  command->callback([options, &exit_code] { exit_code = run_tuning(*options); });
+  add_slurm_options(*command, options->slurm, false);
+  command->callback([options, command, &exit_code] {
+    options->slurm.require_slurm(*command);
+    exit_code = run_tuning(*options);
+  });
 }
 
 }  // namespace solenoid

@@ -250,7 +250,7 @@ class Tuner {
   }
 
   std::optional<Score> score(const Campaign& campaign) const {
-    const auto records = run_in_processes(campaign, settings_.jobs);
+    const auto records = settings_.run ? settings_.run(campaign) : run_in_processes(campaign, settings_.jobs);
     if (!records) return std::nullopt;
     return score_of(*records, result_.limits, settings_.aim);
   }

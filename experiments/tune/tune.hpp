@@ -1,6 +1,6 @@
 #pragma once
 
-#include "experiments/campaign/run_record.hpp"
+#include "experiments/campaign/run_campaign.hpp"
 #include "experiments/tune/free_parameter.hpp"
 
 #include <functional>
@@ -49,6 +49,7 @@ struct TuneSettings {
   std::map<std::string, double> limits;  ///< of efforts, by their metrics' keys; none: what the variant needs as it is
   int jobs = 0;                          ///< worker processes; 0: one a core
   std::string out;                       ///< folder; one that is there already is resumed
+  CampaignRunner run = {};               ///< what evaluates; none: processes here
 };
 /// Whether a system's runs have what TuneAim::step judges.
 bool has_step_metrics(const SystemDescription& system);

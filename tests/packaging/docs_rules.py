@@ -16,6 +16,16 @@ variants = ["thesis_pd", "nine_state"]
 name       = "cycloidal_fast"
 trajectory = { kind = "cycloidal", move_s = 0.5, dwell_s = 0.25 }
 """,
+    "plants.toml": """
+variants = ["thesis_pd", "nine_pd"]
+[[scenario]]
+name       = "plants"
+trajectory = { kind = "step" }
+plant      = "twin"
+noise      = true
+duration_s = 0.3
+ensemble   = { members = 20, sampling = "sobol", friction = [0.7, 2.0] }
+""",
     "mine.toml": """
 [motor]
 price = 200.0
@@ -100,6 +110,10 @@ RULES = [
          "compare campaign.toml --model inferred"),
     Rule(r"compare experiments/systems/actuator/data/tried/identified\.toml --out (\S+)(?: --model \S+)?", "12 runs on the twin",
          r"compare experiments/systems/actuator/data/tried/identified.toml --scenario cycloidal --variant thesis_pd --model inferred --out \1"),
+    # cluster
+    Rule(r"compare plants\.toml --slurm --dry-run", "the scripts", r"compare plants.toml --slurm --dry-run --nodes 2"),
+    Rule(r"compare plants\.toml --slurm ((?!--dry-run).*)", "no cluster: cluster.campaigns has one", r"compare plants.toml --slurm --dry-run \1"),
+    Rule(r"merge results/plants", "one shard of forty is done", r"merge results/plants", codes=(1,)),
     # identify
     Rule(r"identify", "350 s of experiments", "identify --only charge"),
     Rule(r"identify --mismatch (\S+) --out (\S+)", "350 s of experiments", r"identify --only charge --mismatch \1 --out \2"),

@@ -333,6 +333,7 @@ TEST(Report, AFolderThatTheVersionBeforeWroteIsRead) {
   const test::Folder here;
   EXPECT_THAT(test::refusal_of(here, "merge '" + folder + "'"),
               HasSubstr("there is nothing to merge, a version before wrote it"));
+  EXPECT_THAT(test::refusal_of(here, "status '" + folder + "'"), HasSubstr("a version before wrote it, a file a run"));
 }
 
 TEST(Report, AManifestOfWrongTypesIsRefusedByItsKey) {
