@@ -5,6 +5,7 @@
 #include <charconv>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -45,6 +46,14 @@ bool wait_until(const std::function<bool()>& happened, double most_s) {
 }
 
 std::string this_program() { return std::filesystem::read_symlink("/proc/self/exe").string(); }
+
+std::string program_on_path(const std::string& name) {
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (const std::string file = folder + "/" + name; ::access(file.c_str(), X_OK) == 0) return file;
+  return {};
+}
 
 Child::Child(const std::string& program, std::vector<std::string> arguments, const std::string& output,
              const std::function<void()>& before) {

@@ -15,6 +15,9 @@ bool wait_until(const std::function<bool()>& happened, double most_s);
 /// The file of the running program. Throws std::filesystem::filesystem_error where the system does not tell.
 std::string this_program();
 
+/// Where a program lies on PATH; none: nowhere.
+std::string program_on_path(const std::string& name);
+
 /// A process of a program, standard output and error in a file. It gets a process group of its own, which ends with the
 /// object.
 class Child {

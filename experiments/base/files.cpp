@@ -1,5 +1,7 @@
 #include "experiments/base/files.hpp"
 
+#include "experiments/base/machine.hpp"
+
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -11,7 +13,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
-#include <sys/utsname.h>
 #include <unistd.h>
 
 namespace solenoid {
@@ -33,9 +34,9 @@ int write_all(int file, std::string_view text) {
   return 0;
 }
 
-/// The same; closes the file.
-int sync_and_close(int file, int error) {
-  if (error == 0 && ::fsync(file) != 0 && errno != EINVAL) error = errno;
+/// The same.
+int sync_and_close(int file) {
+  int error = ::fsync(file) != 0 && errno != EINVAL ? errno : 0;
   if (::close(file) != 0 && error == 0) error = errno;
   return error;
 }
@@ -84,8 +85,12 @@ AtomicFile::~AtomicFile() {
 
 void AtomicFile::write(std::string_view text) {
   constexpr std::size_t at_once = 1 << 16;
-  buffer_ += text;
-  if (buffer_.size() >= at_once) flush();
+  if (buffer_.size() + text.size() < at_once) {
+    buffer_ += text;
+    return;
+  }
+  flush();
+  if (const int error = write_all(file_, text)) refuse(path_, error);
 }
 
 void AtomicFile::flush() {
@@ -95,40 +100,15 @@ void AtomicFile::flush() {
 
 void AtomicFile::close() {
   flush();
-  int error = sync_and_close(std::exchange(file_, -1), 0);
+  int error = sync_and_close(std::exchange(file_, -1));
   if (error == 0 && std::rename(temporary_.c_str(), path_.c_str()) != 0) error = errno;
   if (error == 0) return sync_folder_of(path_);
   ::unlink(temporary_.c_str());
   refuse(path_, error);
 }
 
-std::string machine_name() {
-  utsname system{};
-  return ::uname(&system) == 0 ? system.nodename : "unknown";
-}
-
 void AtomicFile::make_executable() {
   if (::fchmod(file_, 0755) != 0) refuse(path_, errno);
-}
-
-void copy_file_synced(const std::string& from, const std::string& to, bool executable) {
-  const int source = ::open(from.c_str(), O_RDONLY | O_CLOEXEC);
-  if (source < 0) throw OutputError(fmt::format("{}: cannot be read: {}", from, std::strerror(errno)));
-  std::vector<char> block(1 << 20);
-  ssize_t n = 0;
-  try {
-    AtomicFile copy(to, Writers::several);
-    if (executable) copy.make_executable();
-    while ((n = ::read(source, block.data(), block.size())) != 0) {
-      if (n > 0) copy.write({block.data(), static_cast<std::size_t>(n)});
-      if (n < 0 && errno != EINTR) throw OutputError(fmt::format("{}: cannot be read: {}", from, std::strerror(errno)));
-    }
-    copy.close();
-  } catch (...) {
-    ::close(source);
-    throw;
-  }
-  ::close(source);
 }
 
 void create_folder(const std::string& path) {

@@ -49,13 +49,6 @@ class AtomicFile {
   int file_ = -1;
 };
 
-/// Copies a file, whose copy appears whole or not at all and is on the disk then; `executable`: as a program. Throws
-/// OutputError.
-void copy_file_synced(const std::string& from, const std::string& to, bool executable = false);
-
-/// This machine's, for names of files that no other machine makes.
-std::string machine_name();
-
 /// Creates a folder and its parents. Throws OutputError.
 void create_folder(const std::string& path);
 

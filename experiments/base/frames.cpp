@@ -123,19 +123,7 @@ FrameReader::FrameReader(std::string path, std::uint64_t from)
   size_ = std::max(size_, from);
 }
 
-FrameReader::~FrameReader() {
-  if (file_ >= 0) ::close(file_);
-}
-
-FrameReader::FrameReader(FrameReader&& other) noexcept
-    : path_(std::move(other.path_)),
-      buffer_(std::move(other.buffer_)),
-      file_(std::exchange(other.file_, -1)),
-      size_(other.size_),
-      begin_(other.begin_),
-      offset_(other.offset_),
-      end_(other.end_),
-      damaged_(other.damaged_) {}
+FrameReader::~FrameReader() { ::close(file_); }
 
 /// Has the buffer hold so many bytes from offset_ on, if the file has them.
 bool FrameReader::fill(std::size_t bytes) {

@@ -56,8 +56,8 @@ class FrameReader {
   /// Throws ConfigError if the file cannot be read.
   explicit FrameReader(std::string path, std::uint64_t from = 0);
   ~FrameReader();
-  FrameReader(FrameReader&&) noexcept;
-  FrameReader& operator=(FrameReader&&) = delete;
+  FrameReader(const FrameReader&) = delete;
+  FrameReader& operator=(const FrameReader&) = delete;
 
   /// The next whole frame; false at the end of those there are.
   bool next();

@@ -29,13 +29,16 @@ std::tm local_now() { return fmt::localtime(std::chrono::system_clock::to_time_t
 
 }  // namespace
 
+std::string machine_name() {
+  utsname system{};
+  return uname(&system) == 0 ? system.nodename : "unknown";
+}
+
 Machine this_machine() {
   Machine m;
   utsname system{};
-  if (uname(&system) == 0) {
-    m.kernel = fmt::format("{} {} {}", system.sysname, system.release, system.machine);
-    m.host = system.nodename;
-  }
+  if (uname(&system) == 0) m.kernel = fmt::format("{} {} {}", system.sysname, system.release, system.machine);
+  m.host = machine_name();
   m.cpu = cpu_name();
   cpu_set_t allowed;
   if (sched_getaffinity(0, sizeof allowed, &allowed) == 0) m.cores = CPU_COUNT(&allowed);

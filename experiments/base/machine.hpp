@@ -11,6 +11,9 @@ struct Machine {
 };
 Machine this_machine();
 
+/// This machine's alone, for names of files that no other machine makes.
+std::string machine_name();
+
 /// Of the running program's file, or of the shared object that this is part of: results of another build are other
 /// results.
 const std::string& program_fingerprint();

@@ -360,9 +360,10 @@ Campaign read_real_time_task(const std::string& campaign, const std::string& var
 }
 
 std::string identity_of(const Campaign& campaign) {
-  std::string hashes = campaign.maker;
-  for (const CampaignRun& run : campaign.runs) hashes += run.hash;
-  return fingerprint(hashes);
+  Fingerprint identity;
+  identity.add(campaign.maker);
+  for (const CampaignRun& run : campaign.runs) identity.add(run.hash);
+  return identity.text();
 }
 
 double period_of(const Campaign& campaign) {

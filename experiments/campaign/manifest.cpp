@@ -68,14 +68,18 @@ std::string merged_manifest(Json manifest, const std::string& status, const Camp
   return dumped(manifest);
 }
 
-std::optional<std::string> maker_of(const std::string& folder) {
+std::optional<std::string> maker_of(const Json& manifest) {
+  const Json::json_pointer place("/program/maker");
+  if (!manifest.contains(place) || !manifest.at(place).is_string()) return std::nullopt;
+  return manifest.at(place).get<std::string>();
+}
+
+std::optional<std::string> maker_of_folder(const std::string& folder) {
   try {
-    const auto text = read_whole_file(folder + "/manifest.json", file_size::json);
-    if (!text) return std::nullopt;
-    const Json json = parse_json(*text, folder + "/manifest.json");
-    const Json& maker = json.at("program").at("maker");
-    return maker.is_string() ? std::optional(maker.get<std::string>()) : std::nullopt;
-  } catch (const std::exception&) {
+    const std::string path = folder + "/manifest.json";
+    const auto text = read_whole_file(path, file_size::json);
+    return text ? maker_of(parse_json(*text, path)) : std::nullopt;
+  } catch (const ConfigError&) {
     return std::nullopt;
   }
 }

@@ -27,7 +27,9 @@ std::string manifest_text(const Campaign& campaign, const ManifestFacts& facts, 
 std::string merged_manifest(nlohmann::ordered_json manifest, const std::string& status, const Campaign& campaign,
                             const StoredRuns& runs);
 
-/// Who made a folder's runs (Campaign::maker), by its manifest.json; none if that is not there or does not say.
-std::optional<std::string> maker_of(const std::string& folder);
+/// Who made a folder's runs (Campaign::maker), by its manifest; none if that does not say.
+std::optional<std::string> maker_of(const nlohmann::ordered_json& manifest);
+/// The same by its manifest.json, which need not be there.
+std::optional<std::string> maker_of_folder(const std::string& folder);
 
 }  // namespace solenoid

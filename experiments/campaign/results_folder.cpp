@@ -110,7 +110,7 @@ void prepare_for_shards(const Campaign& campaign, const std::string& folder, int
   if (there && *there != campaign.resolved_toml)
     throw ConfigError(
         fmt::format("{}/resolved.toml: is of another campaign (allowed: a new folder, or this campaign's)", folder));
-  const auto maker = maker_of(folder);
+  const auto maker = maker_of_folder(folder);
   if (maker && *maker != campaign.maker)
     throw ConfigError(
         fmt::format("{}/manifest.json: its runs are made by another program or other plug-ins, {}; this is "

@@ -71,7 +71,7 @@ class RunFiller {
   RunFiller(const Campaign& campaign, const CampaignOptions& options, ResultsFolder& folder)
       : campaign_(campaign), options_(options), folder_(folder), worst_(campaign, options.traces.worst) {
     for (const std::size_t run : runs_of(campaign, options.shard)) {
-      const bool may_have_changed = written_in_python(campaign.variants[campaign.runs[run].variant]);
+      const bool may_have_changed = written_in_python(campaign.variants[campaign.runs.variant(run)]);
       if (may_have_changed || !folder.finished_before(run)) todo_.push_back(run);
       ++runs_;
     }

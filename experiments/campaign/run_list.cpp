@@ -23,8 +23,7 @@ RunList RunList::over(ScenarioList scenarios, std::vector<std::uint64_t> seeds) 
 }
 
 CampaignRun RunList::operator[](std::size_t i) const {
-  const std::size_t cell = i / seeds_.size();
-  CampaignRun run{cell % variants_.size(), cell / variants_.size(), seeds_[i % seeds_.size()], {}, {}};
+  CampaignRun run{variant(i), i / seeds_.size() / variants_.size(), seeds_[i % seeds_.size()], {}, {}};
   const Variant& variant = variants_[run.variant];
   run.id = run_id(scenarios_.name(run.scenario), variant.name, run.seed);
   Fingerprint hash = variant.key;
@@ -45,7 +44,7 @@ std::optional<std::size_t> RunList::find(const std::string& scenario, const std:
   const auto v = variant_places_.find(variant);
   const auto k = seed_places_.find(seed);
   if (!s || v == variant_places_.end() || k == seed_places_.end()) return std::nullopt;
-  return (*s * variants_.size() + v->second) * seeds_.size() + k->second;
+  return place(*s, v->second, k->second);
 }
 
 std::optional<std::size_t> RunList::find(const std::string& id) const {

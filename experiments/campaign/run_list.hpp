@@ -44,6 +44,12 @@ class RunList {
   Iterator begin() const { return {*this, 0}; }
   Iterator end() const { return {*this, size()}; }
 
+  /// Its variant's number, without putting it together.
+  std::size_t variant(std::size_t i) const { return i / seeds_.size() % variants_.size(); }
+  /// Where the run of a scenario, a variant and a seed is, by their numbers.
+  std::size_t place(std::size_t scenario, std::size_t variant, std::size_t seed) const {
+    return (scenario * variants_.size() + variant) * seeds_.size() + seed;
+  }
   /// Where the run of these names is.
   std::optional<std::size_t> find(const std::string& scenario, const std::string& variant, std::uint64_t seed) const;
   /// The same of an ID.

@@ -31,7 +31,7 @@ bool same_traces(const Trace& ours, const Trace& theirs) {
 }
 
 StoredRuns runs_of_folder(const std::string& folder, const Campaign& campaign) {
-  StoredRuns runs(folder, campaign, maker_of(folder).value_or(""));
+  StoredRuns runs(folder, campaign, maker_of_folder(folder).value_or(""));
   runs.refresh();
   return runs;
 }

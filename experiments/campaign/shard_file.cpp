@@ -167,7 +167,7 @@ std::uint64_t hash_number(const std::string& hexadecimal) {
 
 WritingSession session_of(const Campaign& campaign) {
   const SystemDescription& system = campaign.system->description();
-  WritingSession session{campaign.maker, system.name, {}, {}, this_machine().host, 0, false};
+  WritingSession session{campaign.maker, system.name, {}, {}, machine_name(), 0, false};
   for (const Signal& condition : system.conditions) session.conditions.push_back(condition.key);
   for (const MetricColumn& metric : system.metrics) session.metrics.push_back(metric.key);
   const auto now = std::chrono::system_clock::now().time_since_epoch();
@@ -241,7 +241,8 @@ std::size_t append_shard(const std::string& from, const std::string& to) {
   return count;
 }
 
-ShardWriter::ShardWriter(std::string path, const WritingSession& session) : path_(std::move(path)), runs_(runs_file()) {
+ShardWriter::ShardWriter(std::string path, const WritingSession& session)
+    : path_(std::move(path)), runs_(path_ + ".runs") {
   const std::string text = encode_session(session);
   session_ = crc32(text);
   runs_.append(static_cast<char>(FrameKind::session) + text);
@@ -252,8 +253,6 @@ void ShardWriter::add(std::string_view encoded, std::string_view trace) {
   const std::uint64_t at = trace.empty() ? no_trace : traces_->append(trace);
   runs_.append(encode_frame({session_, at, crc32(trace), encoded}));
 }
-
-std::uint64_t ShardWriter::bytes() const { return runs_.bytes() + (traces_ ? traces_->bytes() : 0); }
 
 void ShardWriter::sync() {
   if (traces_) traces_->sync();  // first: a record may not outlast its trace

@@ -95,10 +95,6 @@ class ShardWriter {
   /// a trace that it was added without.
   void add(std::string_view encoded, std::string_view trace = {});
   void sync();
-  const std::string& path() const { return path_; }
-  std::string runs_file() const { return path_ + ".runs"; }
-  /// Of both files.
-  std::uint64_t bytes() const;
 
  private:
   std::string path_;

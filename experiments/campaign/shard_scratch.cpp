@@ -2,6 +2,7 @@
 
 #include "core/config/reader.hpp"
 #include "experiments/base/files.hpp"
+#include "experiments/base/machine.hpp"
 #include "experiments/campaign/shard_file.hpp"
 
 #include <cerrno>

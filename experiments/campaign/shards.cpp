@@ -109,7 +109,7 @@ std::vector<std::uint32_t> shards_of_runs(const Campaign& campaign, int count) {
   std::vector<CostClass> classes = cost_classes(campaign);
   std::ranges::stable_sort(classes, std::greater<>(), &CostClass::cost);
   const auto shards = static_cast<std::size_t>(count);
-  const std::size_t variants = campaign.variants.size(), seeds = campaign.seeds.size();
+  const std::size_t seeds = campaign.seeds.size();
   std::vector<double> loads(shards, 0.0);
   std::vector<std::uint32_t> owners(campaign.runs.size());
   for (const CostClass& c : classes) {
@@ -118,7 +118,7 @@ std::vector<std::uint32_t> shards_of_runs(const Campaign& campaign, int count) {
     for (std::size_t position = 0; position < runs; ++position) {
       const std::size_t scenario = c.first_scenario + position / seeds;
       const std::size_t shard = position < dealt ? position % shards : busy[position - dealt];
-      owners[(scenario * variants + c.variant) * seeds + position % seeds] = static_cast<std::uint32_t>(shard + 1);
+      owners[campaign.runs.place(scenario, c.variant, position % seeds)] = static_cast<std::uint32_t>(shard + 1);
     }
   }
   return owners;

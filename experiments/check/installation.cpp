@@ -1,11 +1,11 @@
 #include "experiments/base/build_info.hpp"
+#include "experiments/base/child_process.hpp"
 #include "experiments/base/embedded.hpp"
 #include "experiments/check/checks.hpp"
 #include "experiments/rig/comedi_io.hpp"
 #include "solvers/minlp/bonmin.hpp"
 
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <sstream>
@@ -20,7 +20,6 @@
 #include <nlopt.h>
 #include <spdlog/version.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 namespace solenoid {
 namespace {
@@ -42,16 +41,8 @@ std::map<std::string, std::string> debian_versions(const std::vector<std::string
   return versions;
 }
 
-std::string program_path(const std::string& name) {
-  const char* path = std::getenv("PATH");
-  std::istringstream folders(path ? path : "");
-  for (std::string folder; std::getline(folders, folder, ':');)
-    if (const std::string file = folder + "/" + name; ::access(file.c_str(), X_OK) == 0) return file;
-  return {};
-}
-
 Check optional_program(const char* name, const char* package, const char* use) {
-  const std::string path = program_path(name);
+  const std::string path = program_on_path(name);
   if (path.empty()) return {"optional", name, "missing", fmt::format("{}: apt-get install {}", use, package)};
   return {"optional", name, "ok", fmt::format("{} ({})", path, use)};
 }

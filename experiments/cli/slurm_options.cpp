@@ -34,25 +34,28 @@ void show(const Campaign& campaign, const std::string& folder, const SlurmSettin
 
 /// A plan where there is no cluster to ask.
 SlurmPlan plan_without_cluster(const Campaign& campaign, const SlurmSettings& settings) {
-  SlurmPlan plan{settings.nodes > 0 ? settings.nodes : usual_shards(campaign, settings),
-                 campaign.runs.size(),
-                 campaign.runs.size(),
-                 {{}},
-                 0,
-                 false};
+  SlurmPlan plan{.shards = settings.nodes > 0 ? settings.nodes : usual_shards(campaign, settings),
+                 .runs = campaign.runs.size(),
+                 .missing = campaign.runs.size(),
+                 .arrays = {{}}};
   for (int shard = 1; shard <= plan.shards; ++shard) plan.arrays.front().tasks.push_back(shard);
   return plan;
 }
 
+bool reaches_cluster() {
+  try {
+    max_array_size();
+    return true;
+  } catch (const ConfigError& error) {
+    fmt::print(stderr, "solenoid: {}; all shards are shown\n", one_line(error.what()));
+    return false;
+  }
+}
+
 /// What there is to submit; where nothing will be, also without a cluster.
 SlurmPlan plan_of(const Campaign& campaign, const std::string& folder, const SlurmOptions& options) {
-  try {
-    return plan_slurm(campaign, folder, options.settings);
-  } catch (const ConfigError& error) {
-    if (!options.dry_run) throw;
-    fmt::print(stderr, "solenoid: {}; all shards are shown\n", one_line(error.what()));
-    return plan_without_cluster(campaign, options.settings);
-  }
+  if (options.dry_run && !reaches_cluster()) return plan_without_cluster(campaign, options.settings);
+  return plan_slurm(campaign, folder, options.settings);
 }
 
 }  // namespace
@@ -91,7 +94,8 @@ int submit_campaign(const Campaign& campaign, const std::string& folder, const S
   const SlurmPlan plan = plan_of(campaign, folder, options);
   fmt::print(stderr, "solenoid: {}\n", plan_text(plan));
   if (options.dry_run) return show(campaign, folder, options.settings, plan), success;
-  if (plan.arrays.empty()) {
+  const bool only_finish = plan.at_work > 0 && plan.before.lacks_finish();
+  if (plan.arrays.empty() && !only_finish) {
     const std::string then = plan.missing > 0                  ? "solenoid status " + folder
                              : options.settings.finish.empty() ? "solenoid merge " + folder
                                                                : "the same without --slurm makes the tables";
@@ -99,10 +103,10 @@ int submit_campaign(const Campaign& campaign, const std::string& folder, const S
     return success;
   }
   const SlurmJobs jobs = submit(campaign, folder, options.settings, plan);
-  std::string ids;
+  std::string said;
   for (std::size_t i = jobs.arrays.size() - plan.arrays.size(); i < jobs.arrays.size(); ++i)
-    ids += fmt::format("{}{}", ids.empty() ? "" : ", ", jobs.arrays[i].id);
-  write_standard_output(fmt::format("array job {}, finishing job {}\nResults: {}\n", ids, jobs.finish, folder));
+    said += fmt::format("array job {}, ", jobs.arrays[i].id);
+  write_standard_output(fmt::format("{}finishing job {}\nResults: {}\n", said, jobs.finish, folder));
   fmt::print(stderr, "solenoid: solenoid status {} says how far it is; the same command submits what is missing then\n",
              folder);
   return success;

@@ -4,12 +4,10 @@
 #include "experiments/base/child_process.hpp"
 #include "experiments/base/files.hpp"
 
-#include <cstdlib>
 #include <sstream>
 #include <stdexcept>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 namespace solenoid {
 
@@ -18,14 +16,6 @@ std::string CommandOutput::line() const {
   std::istringstream lines(text);
   for (std::string one; std::getline(lines, one);) joined += (joined.empty() ? "" : "; ") + one;
   return joined;
-}
-
-std::string program_on_path(const std::string& name) {
-  const char* path = std::getenv("PATH");
-  std::istringstream folders(path ? path : "/usr/bin:/bin");
-  for (std::string folder; std::getline(folders, folder, ':');)
-    if (const std::string file = folder + "/" + name; ::access(file.c_str(), X_OK) == 0) return file;
-  return {};
 }
 
 CommandOutput run_command(const std::string& program, const std::vector<std::string>& arguments,

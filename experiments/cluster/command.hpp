@@ -14,9 +14,6 @@ struct CommandOutput {
   std::string line() const;
 };
 
-/// Where a program lies on PATH; none: nowhere.
-std::string program_on_path(const std::string& name);
-
 /// Runs a program of PATH. Throws ConfigError naming the Debian package if it is not there, or if it does not end within a
 /// minute.
 CommandOutput run_command(const std::string& program, const std::vector<std::string>& arguments,

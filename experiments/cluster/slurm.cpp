@@ -208,11 +208,11 @@ int usual_shards(const Campaign& campaign, const SlurmSettings& settings) {
 }
 
 SlurmPlan plan_slurm(const Campaign& campaign, const std::string& folder, const SlurmSettings& settings) {
-  const SlurmJobs before = SlurmJobs::of(folder);
+  SlurmPlan plan{.before = SlurmJobs::of(folder), .arrays = {}};
+  SlurmJobs& before = plan.before;
   if (settings.nodes > 0 && before.shards > 0 && settings.nodes != before.shards)
     throw ConfigError(fmt::format("--nodes: {} is parted into {} already (allowed: {}, or a new folder)", folder,
                                   before.shards, before.shards));
-  SlurmPlan plan;
   plan.shards = before.shards > 0    ? before.shards
                 : settings.nodes > 0 ? settings.nodes
                                      : usual_shards(campaign, settings);
@@ -220,8 +220,9 @@ SlurmPlan plan_slurm(const Campaign& campaign, const std::string& folder, const 
   StoredRuns kept(folder, campaign);
   kept.refresh();
   const std::vector<std::size_t> missing = missing_by_shard(campaign, kept, plan.shards);
-  const std::map<int, SlurmTask> tasks = before.tasks();
-  plan.unfinished = !before.arrays.empty() && before.finish < before.arrays.back().id;
+  std::set<std::int64_t> known;
+  const std::map<int, SlurmTask> tasks = before.tasks(&known);
+  std::erase_if(before.arrays, [&](const SlurmJobs::Array& array) { return !known.contains(array.id); });
   const int most = max_array_size() - 1;
   for (int shard = 1; shard <= plan.shards; ++shard) {
     const std::size_t left = missing[static_cast<std::size_t>(shard)];
@@ -290,8 +291,13 @@ std::string program_copy(const std::string& folder) {
   std::string copy = folder + "/slurm/solenoid";
   create_folder(folder + "/slurm");
   const auto copy_unless_same = [](const std::string& from, const std::string& to, bool executable) {
-    const auto there = read_whole_file(to);
-    if (!there || *there != read_whole_file(from)) copy_file_synced(from, to, executable);
+    const auto wanted = read_whole_file(from);
+    if (!wanted) throw OutputError(fmt::format("{}: cannot be read", from));
+    if (read_whole_file(to) == wanted) return;
+    AtomicFile file(to, Writers::several);
+    if (executable) file.make_executable();
+    file.write(*wanted);
+    file.close();
   };
   for (const LoadedPlugin& plugin : loaded_plugins())
     if (const std::string file = plugin_file(copy, plugin); !file.empty()) copy_unless_same(plugin.path, file, false);
@@ -304,10 +310,7 @@ SlurmJobs submit(const Campaign& campaign, const std::string& folder, const Slur
   create_folder(folder + "/slurm");
   prepare_for_shards(campaign, folder, plan.shards);
   if (settings.program.empty()) program_copy(folder);
-  SlurmJobs jobs = SlurmJobs::of(folder);
-  std::set<std::int64_t> known;
-  jobs.tasks(&known);
-  std::erase_if(jobs.arrays, [&](const SlurmJobs::Array& array) { return !known.contains(array.id); });
+  SlurmJobs jobs = plan.before;
   jobs.shards = plan.shards;
   jobs.cores = settings.cores;
   for (const SlurmArray& array : plan.arrays) {

@@ -32,15 +32,6 @@ struct SlurmArray {
   std::vector<int> tasks;  ///< ascending, from 1
 };
 
-/// What is submitted, and why nothing more.
-struct SlurmPlan {
-  int shards = 0;
-  std::size_t runs = 0, missing = 0;  ///< of the campaign; those that no file has
-  std::vector<SlurmArray> arrays;     ///< of shards with missing runs that no job is at
-  std::size_t at_work = 0;            ///< shards with missing runs that a job is at already
-  bool unfinished = false;            ///< arrays were submitted, and no job that waits for them: a submission broke off
-};
-
 /// The state of a task as Slurm tells it.
 struct SlurmTask {
   std::string state;  ///< RUNNING, PENDING, COMPLETED, FAILED, TIMEOUT, NODE_FAIL ...
@@ -64,9 +55,20 @@ struct SlurmJobs {
   /// Empty if there are none. Throws ConfigError naming the file for what is no such file.
   static SlurmJobs of(const std::string& folder);
   void write(const std::string& folder) const;
+  /// Whether no job waits for the latest array: a submission broke off.
+  bool lacks_finish() const { return !arrays.empty() && finish < arrays.back().id; }
   /// The latest state of each shard's task that Slurm still knows; asks squeue. Throws ConfigError if that does not answer.
   /// `known` gets the arrays that it knows.
   std::map<int, SlurmTask> tasks(std::set<std::int64_t>* known = nullptr) const;
+};
+
+/// What is submitted, and why nothing more.
+struct SlurmPlan {
+  SlurmJobs before = {};  ///< jobs that were submitted for the folder and that Slurm still knows
+  int shards = 0;
+  std::size_t runs = 0, missing = 0;  ///< of the campaign; those that no file has
+  std::vector<SlurmArray> arrays;     ///< of shards with missing runs that no job is at
+  std::size_t at_work = 0;            ///< shards with missing runs that a job is at already
 };
 
 /// MaxArraySize of the cluster: one more than the highest index of an array.

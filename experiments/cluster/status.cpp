@@ -60,9 +60,8 @@ std::string log_of(const std::string& folder, const SlurmJobs& jobs, int shard) 
 double core_s_left(const Campaign& campaign, const StoredRuns& kept) {
   std::vector<double> sum(campaign.variants.size());
   std::vector<std::size_t> done(campaign.variants.size()), left(campaign.variants.size());
-  const std::size_t seeds = campaign.seeds.size();
   for (std::size_t run = 0; run < kept.size(); ++run) {
-    const std::size_t variant = run / seeds % campaign.variants.size();
+    const std::size_t variant = campaign.runs.variant(run);
     if (kept.ending(run) <= StoredRuns::Ending::failed) {
       ++left[variant];
       continue;
@@ -135,7 +134,7 @@ CampaignStatus status_of(const std::string& folder) {
                     "`solenoid report {}` shows this one)",
                     folder, folder));
   const Campaign campaign = read_campaign(folder + "/resolved.toml", {.loads_plugins = false});
-  StoredRuns kept(folder, campaign, maker_of(folder).value_or(""));
+  StoredRuns kept(folder, campaign, maker_of(manifest).value_or(""));
   kept.refresh();
   CampaignStatus status{.folder = folder,
                         .campaign = manifest.value("campaign", ""),

@@ -238,7 +238,7 @@ Results read_results(const std::string& folder, const Listing& listing) {
   results.campaign = read_campaign(resolved, {.loads_plugins = false});
   if (fs::is_directory(folder + "/shards", ignored)) {
     take_seeds(results);
-    results.kept = std::make_shared<StoredRuns>(folder, results.campaign, maker_of(folder).value_or(""));
+    results.kept = std::make_shared<StoredRuns>(folder, results.campaign, maker_of(results.manifest).value_or(""));
     results.kept->refresh();
     leave_damage_out(results, results.manifest.value("status", ""));
     list_runs(results, listing);

@@ -4,9 +4,10 @@
 #include "core/config/document.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/sampling.hpp"
+#include "tests/bench/timing.hpp"
+#include "tests/experiments/synthetic_runs.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <fstream>
 #include <functional>
@@ -19,12 +20,7 @@
 namespace {
 
 using namespace solenoid;
-
-double seconds_of(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
+using bench::seconds_of;
 
 double median_of(int rounds, const std::function<double()>& measure) {
   std::vector<double> values;
@@ -40,32 +36,11 @@ double resident_mb() {
   return 1e-6 * static_cast<double>(resident) * static_cast<double>(::sysconf(_SC_PAGESIZE));
 }
 
-std::string campaign_text(const char* sampling, int members) {
-  return fmt::format(R"(
-variants = ["thesis_pd", "nine_robust"]
-[[scenario]]
-name       = "sine"
-trajectory = {{ kind = "sine" }}
-plant      = "twin"
-noise      = true
-[scenario.ensemble]
-members = {}
-sampling = "{}"
-payload_kg = [0.0, 0.15]
-friction = [0.7, 2.0]
-flow = [0.8, 1.15]
-supply = [0.9, 1.1]
-delay = [0.8, 1.25]
-inertia = [0.9, 1.1]
-noise_factor = [0.5, 2.0]
-)",
-                     members, sampling);
-}
-
 Campaign read(const std::string& text) { return read_campaign(Document::from_text(text, "bench.toml")); }
 
 void measure(const char* sampling, int members) {
-  const std::string text = campaign_text(sampling, members);
+  const std::string text =
+      test::synthetic_text({"thesis_pd", "nine_robust"}, static_cast<std::size_t>(members), sampling);
   const double before_mb = resident_mb();
   const Campaign campaign = read(text);
   const double kept_mb = resident_mb() - before_mb;
@@ -109,7 +84,7 @@ void measure_points(Sampling method, const char* name, std::size_t points) {
 }  // namespace
 
 int main() {
-  read(campaign_text("shuffled", 1));  // what is read once: shipped files, the program's own fingerprint
+  read(test::synthetic_text({"thesis_pd"}, 1));  // what is read once: shipped files, the program's own fingerprint
   measure("sobol", 1'000'000);
   measure("latin_hypercube", 1'000'000);
   measure("shuffled", 999);

@@ -5,9 +5,9 @@
 
 #include "experiments/report/page.hpp"
 #include "experiments/report/ranking.hpp"
+#include "tests/bench/timing.hpp"
 #include "tests/experiments/synthetic_runs.hpp"
 
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
@@ -21,12 +21,7 @@
 namespace {
 
 using namespace solenoid;
-
-double seconds_of(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
+using bench::seconds_of;
 
 /// Does it in a process of its own; the largest memory of that [MB].
 double memory_of(const std::function<void()>& work) {

@@ -18,9 +18,10 @@
 
 namespace solenoid::test {
 
-/// Variants in the members of one ensemble.
-inline Campaign synthetic_campaign(const std::vector<std::string>& variants, std::size_t members) {
-  return read_campaign(Document::from_text(fmt::format(R"(
+/// A campaign of variants in the members of one ensemble.
+inline std::string synthetic_text(const std::vector<std::string>& variants, std::size_t members,
+                                  const std::string& sampling = "sobol") {
+  return fmt::format(R"(
 name = "synthetic"
 variants = {}
 [[scenario]]
@@ -30,14 +31,20 @@ plant      = "twin"
 noise      = true
 [scenario.ensemble]
 members  = {}
-sampling = "sobol"
+sampling = "{}"
 payload_kg = [0.0, 0.15]
 friction = [0.7, 2.0]
 flow = [0.8, 1.15]
 supply = [0.9, 1.1]
+delay = [0.8, 1.25]
+inertia = [0.9, 1.1]
+noise_factor = [0.5, 2.0]
 )",
-                                                       variants, members),
-                                           "synthetic.toml"));
+                     variants, members, sampling);
+}
+
+inline Campaign synthetic_campaign(const std::vector<std::string>& variants, std::size_t members) {
+  return read_campaign(Document::from_text(synthetic_text(variants, members), "synthetic.toml"));
 }
 
 /// A record that might be the run's: errors are spread log-normally about the variant's own, of a thousand runs one has
