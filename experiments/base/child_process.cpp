@@ -51,7 +51,7 @@ std::string program_on_path(const std::string& name) {
   const char* path = std::getenv("PATH");
   std::istringstream folders(path ? path : "");
   for (std::string folder; std::getline(folders, folder, ':');)
-    if (const std::string file = folder + "/" + name; ::access(file.c_str(), X_OK) == 0) return file;
+    if (folder += '/' + name; ::access(folder.c_str(), X_OK) == 0) return folder;
   return {};
 }
 

@@ -146,6 +146,7 @@ Trace overview(const Trace& trace, int spans) {
   if (trace.ticks.size() <= 2 * static_cast<std::size_t>(spans)) return result;
   const std::vector<std::size_t> begins = span_begins(trace, spans);
   std::vector<std::int64_t> ticks;
+  ticks.reserve(2 * static_cast<std::size_t>(spans));
   const std::int64_t from = trace.ticks.front(), length = trace.ticks.back() + 1 - from;
   for (int half = 0; half < 2 * spans; ++half) ticks.push_back(from + length * (2 * half + 1) / (4 * spans));
   for (Trace::Signal& signal : result.signals) {

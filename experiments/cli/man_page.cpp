@@ -3,7 +3,7 @@
 #include "experiments/cli/command_tree.hpp"
 #include "experiments/cli/commands.hpp"
 
-#include <algorithm>
+#include <set>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -41,9 +41,8 @@ std::string code(const std::string& lines) { return ".P\n.RS\n.nf\n" + roff(line
 /// "--svg, --png" of an option group or of what an option excludes.
 template <class Options>
 std::string names_of(const Options& options) {
-  std::vector<std::string> names;
-  for (const CLI::Option* option : options) names.push_back(option->get_name());
-  std::ranges::sort(names);
+  std::set<std::string> names;
+  for (const CLI::Option* option : options) names.insert(option->get_name());
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
@@ -61,7 +60,8 @@ std::string conditions_of(const CLI::Option& option) {
 }
 
 std::string description_of(const CLI::Option& option) {
-  const std::string text = option.get_description(), more = conditions_of(option);
+  const std::string& text = option.get_description();
+  const std::string more = conditions_of(option);
   return text + (!more.empty() && !text.ends_with('.') ? "." : "") + more;
 }
 

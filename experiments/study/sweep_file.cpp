@@ -103,8 +103,8 @@ StudyTable read_table(TableReader& table, const Campaign& campaign, const Sweep&
 
 StudyPanel read_panel(TableReader& table, const std::vector<StudyTable>& tables) {
   StudyPanel panel;
-  std::vector<std::string> names;
-  for (const StudyTable& t : tables) names.push_back(t.name);
+  std::vector<std::string> names(tables.size());
+  std::ranges::transform(tables, names.begin(), &StudyTable::name);
   panel.table = table.text("table", names);
   std::vector<std::string> figures = std::ranges::find(tables, panel.table, &StudyTable::name)->figures;
   panel.y = table.text("y", figures);

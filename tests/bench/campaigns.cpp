@@ -23,8 +23,8 @@ using namespace solenoid;
 using bench::seconds_of;
 
 double median_of(int rounds, const std::function<double()>& measure) {
-  std::vector<double> values;
-  for (int i = 0; i < rounds; ++i) values.push_back(measure());
+  std::vector<double> values(static_cast<std::size_t>(rounds));
+  std::ranges::generate(values, measure);
   std::ranges::nth_element(values, values.begin() + rounds / 2);
   return values[static_cast<std::size_t>(rounds / 2)];
 }
