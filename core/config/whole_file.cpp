@@ -1,5 +1,6 @@
 #include "core/config/whole_file.hpp"
 
+#include "core/config/open_file.hpp"
 #include "core/config/reader.hpp"
 
 #include <algorithm>
@@ -13,14 +14,6 @@
 
 namespace solenoid {
 namespace {
-
-/// Closes with the scope.
-struct OpenFile {
-  int descriptor;
-  ~OpenFile() {
-    if (descriptor >= 0) ::close(descriptor);
-  }
-};
 
 std::string size_text(std::size_t bytes) {
   return bytes < file_size::megabyte ? fmt::format("{} bytes", bytes)
@@ -61,14 +54,14 @@ std::optional<std::string> read_whole_file(const std::string& path, std::size_t 
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0 || S_ISDIR(status.st_mode)) return std::nullopt;
   require_regular(path, status.st_mode);  // before it is opened: opening a device may do something
-  const OpenFile file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)};
-  if (file.descriptor < 0 || ::fstat(file.descriptor, &status) != 0) return std::nullopt;
+  const OpenFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  if (!file || ::fstat(file.descriptor(), &status) != 0) return std::nullopt;
   require_regular(path, status.st_mode);
   const auto size = static_cast<std::size_t>(status.st_size);
   if (size > most_bytes) refuse_size(path, most_bytes);
   try {
     std::string text;
-    if (!read_to_end(file.descriptor, path, size, most_bytes, text)) return std::nullopt;
+    if (!read_to_end(file.descriptor(), path, size, most_bytes, text)) return std::nullopt;
     return text;
   } catch (const std::bad_alloc&) {
     throw ConfigError(fmt::format("{}: does not fit into memory (allowed: at most {})", path, size_text(most_bytes)));

@@ -12,6 +12,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -35,9 +36,9 @@ int write_all(int file, std::string_view text) {
 }
 
 /// The same.
-int sync_and_close(int file) {
-  int error = ::fsync(file) != 0 && errno != EINVAL ? errno : 0;
-  if (::close(file) != 0 && error == 0) error = errno;
+int sync_and_close(OpenFile file) {
+  int error = ::fsync(file.descriptor()) != 0 && errno != EINVAL ? errno : 0;
+  if (::close(file.release()) != 0 && error == 0) error = errno;
   return error;
 }
 
@@ -49,13 +50,16 @@ std::string temporary_of(const std::string& path, Writers writers) {
 /// So that a file's new name outlasts a loss of power; where folders cannot be synced nothing is asked.
 void sync_folder_of(const std::string& path) {
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-  const int file = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (file < 0) return;
-  ::fsync(file);
-  ::close(file);
+  const OpenFile file(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (file) ::fsync(file.descriptor());
 }
 
 }  // namespace
+
+bool take_lock(const OpenFile& file, FileLock lock) {
+  const int wanted = lock == FileLock::alone ? LOCK_EX : LOCK_SH;
+  return ::flock(file.descriptor(), wanted | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+}
 
 void require_no_device(const std::string& path) {
   struct stat status {};
@@ -73,14 +77,12 @@ void write_file_atomically(const std::string& path, std::string_view text, Write
 AtomicFile::AtomicFile(std::string path, Writers writers)
     : path_(std::move(path)), temporary_(temporary_of(path_, writers)) {
   require_no_device(temporary_);
-  file_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (file_ < 0) refuse(path_, errno);
+  file_ = OpenFile(::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+  if (!file_) refuse(path_, errno);
 }
 
 AtomicFile::~AtomicFile() {
-  if (file_ < 0) return;
-  ::close(file_);
-  ::unlink(temporary_.c_str());
+  if (file_) ::unlink(temporary_.c_str());
 }
 
 void AtomicFile::write(std::string_view text) {
@@ -90,17 +92,17 @@ void AtomicFile::write(std::string_view text) {
     return;
   }
   flush();
-  if (const int error = write_all(file_, text)) refuse(path_, error);
+  if (const int error = write_all(file_.descriptor(), text)) refuse(path_, error);
 }
 
 void AtomicFile::flush() {
-  if (const int error = write_all(file_, buffer_)) refuse(path_, error);
+  if (const int error = write_all(file_.descriptor(), buffer_)) refuse(path_, error);
   buffer_.clear();
 }
 
 void AtomicFile::close() {
   flush();
-  int error = sync_and_close(std::exchange(file_, -1));
+  int error = sync_and_close(std::move(file_));
   if (error == 0 && std::rename(temporary_.c_str(), path_.c_str()) != 0) error = errno;
   if (error == 0) return sync_folder_of(path_);
   ::unlink(temporary_.c_str());
@@ -108,7 +110,7 @@ void AtomicFile::close() {
 }
 
 void AtomicFile::make_executable() {
-  if (::fchmod(file_, 0755) != 0) refuse(path_, errno);
+  if (::fchmod(file_.descriptor(), 0755) != 0) refuse(path_, errno);
 }
 
 void create_folder(const std::string& path) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/config/open_file.hpp"
 #include "core/config/whole_file.hpp"
 
 #include <cstdint>
@@ -16,6 +17,11 @@ class OutputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+/// Whether a file is for its owner alone, or for all who share it.
+enum class FileLock { alone, shared };
+/// Locks a file until it is closed; false if another process has it. True too where the file system has no locks.
+bool take_lock(const OpenFile& file, FileLock lock);
 
 /// Throws OutputError for a pipe, a device or a socket, on which a writer would wait, or do something else than write.
 void require_no_device(const std::string& path);
@@ -46,7 +52,7 @@ class AtomicFile {
   void flush();
 
   std::string path_, temporary_, buffer_;
-  int file_ = -1;
+  OpenFile file_;
 };
 
 /// Creates a folder and its parents. Throws OutputError.

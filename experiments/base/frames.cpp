@@ -10,7 +10,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -40,10 +39,10 @@ struct Head {
 };
 
 /// Reads as many bytes as there are; their number, or an errno below 0.
-ssize_t read_at(int file, char* bytes, std::size_t count, std::uint64_t offset) {
+ssize_t read_at(const OpenFile& file, char* bytes, std::size_t count, std::uint64_t offset) {
   std::size_t done = 0;
   while (done < count) {
-    const ssize_t n = ::pread(file, bytes + done, count - done, static_cast<off_t>(offset + done));
+    const ssize_t n = ::pread(file.descriptor(), bytes + done, count - done, static_cast<off_t>(offset + done));
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) return -errno;
     if (n == 0) break;
@@ -52,12 +51,11 @@ ssize_t read_at(int file, char* bytes, std::size_t count, std::uint64_t offset) 
   return static_cast<ssize_t>(done);
 }
 
-int open_to_read(const std::string& path) {
+OpenFile open_to_read(const std::string& path) {
   struct stat status {};
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (file >= 0 && ::fstat(file, &status) == 0 && S_ISREG(status.st_mode)) return file;
-  const int error = file < 0 ? errno : EINVAL;
-  if (file >= 0) ::close(file);
+  OpenFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  const int error = file ? EINVAL : errno;
+  if (file && ::fstat(file.descriptor(), &status) == 0 && S_ISREG(status.st_mode)) return file;
   throw ConfigError(fmt::format("{}: cannot be read: {} (allowed: a regular file)", path, std::strerror(error)));
 }
 
@@ -65,28 +63,18 @@ int open_to_read(const std::string& path) {
 
 FrameWriter::FrameWriter(std::string path) : path_(std::move(path)) {
   require_no_device(path_);
-  file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (file_ < 0) refuse(errno);
-  for (int tries = 0; ::flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK; ++tries) {
-    if (tries < 5) {  // whoever only asks whether it is in use holds it for a moment
-      ::usleep(10'000);
-      continue;
-    }
-    ::close(file_);
-    throw FileInUse(fmt::format("{}: in use by another solenoid", path_));
+  file_ = OpenFile(::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
+  if (!file_) refuse(errno);
+  for (int tries = 0; !take_lock(file_, FileLock::alone); ++tries) {
+    if (tries == 5) throw FileInUse(fmt::format("{}: in use by another solenoid", path_));
+    ::usleep(10'000);  // whoever only asks whether it is in use holds it for a moment
   }
   FrameReader frames(path_);
   while (frames.next()) {
   }
   end_ = frames.end();
-  if (frames.rest() > 0 && ::ftruncate(file_, static_cast<off_t>(end_)) != 0) {
-    const int error = errno;
-    ::close(file_);
-    refuse(error);
-  }
+  if (frames.rest() > 0 && ::ftruncate(file_.descriptor(), static_cast<off_t>(end_)) != 0) refuse(errno);
 }
-
-FrameWriter::~FrameWriter() { ::close(file_); }
 
 std::uint64_t FrameWriter::append(std::string_view content) {
   if (content.size() > most_content) throw std::length_error(path_ + ": a frame of more than may be");
@@ -96,11 +84,13 @@ std::uint64_t FrameWriter::append(std::string_view content) {
   frame += content;
   std::size_t done = 0;
   while (done < frame.size()) {
-    const ssize_t n = ::pwrite(file_, frame.data() + done, frame.size() - done, static_cast<off_t>(end_ + done));
+    const ssize_t n =
+        ::pwrite(file_.descriptor(), frame.data() + done, frame.size() - done, static_cast<off_t>(end_ + done));
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) {
       const int error = n == 0 ? EIO : errno;
-      [[maybe_unused]] const int cut = ::ftruncate(file_, static_cast<off_t>(end_));  // else readers skip it
+      [[maybe_unused]] const int cut =
+          ::ftruncate(file_.descriptor(), static_cast<off_t>(end_));  // else readers skip it
       refuse(error);
     }
     done += static_cast<std::size_t>(n);
@@ -109,7 +99,7 @@ std::uint64_t FrameWriter::append(std::string_view content) {
 }
 
 void FrameWriter::sync() {
-  if (::fdatasync(file_) != 0 && errno != EINVAL) refuse(errno);
+  if (::fdatasync(file_.descriptor()) != 0 && errno != EINVAL) refuse(errno);
 }
 
 void FrameWriter::refuse(int error) const {
@@ -119,11 +109,9 @@ void FrameWriter::refuse(int error) const {
 FrameReader::FrameReader(std::string path, std::uint64_t from)
     : path_(std::move(path)), file_(open_to_read(path_)), begin_(from), offset_(from), end_(from) {
   struct stat status {};
-  if (::fstat(file_, &status) == 0) size_ = static_cast<std::uint64_t>(status.st_size);
+  if (::fstat(file_.descriptor(), &status) == 0) size_ = static_cast<std::uint64_t>(status.st_size);
   size_ = std::max(size_, from);
 }
-
-FrameReader::~FrameReader() { ::close(file_); }
 
 /// Has the buffer hold so many bytes from offset_ on, if the file has them.
 bool FrameReader::fill(std::size_t bytes) {
@@ -164,10 +152,9 @@ bool FrameReader::next() {
 /// So many bytes of the file from an offset on, or as many as there are.
 std::string_view FrameWindow::have(std::uint64_t offset, std::size_t count) {
   if (offset < begin_ || offset + count > begin_ + buffer_.size()) {
-    const int file = open_to_read(path_);
+    const OpenFile file = open_to_read(path_);
     buffer_.resize(std::max(count, bytes_));
     const ssize_t n = read_at(file, buffer_.data(), buffer_.size(), offset);
-    ::close(file);
     buffer_.resize(n > 0 ? static_cast<std::size_t>(n) : 0);
     begin_ = offset;
   }

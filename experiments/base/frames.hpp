@@ -29,9 +29,6 @@ class FrameWriter {
  public:
   /// Opens the file, or makes it, and takes off an end that is no whole frame. Throws FileInUse, OutputError.
   explicit FrameWriter(std::string path);
-  ~FrameWriter();
-  FrameWriter(const FrameWriter&) = delete;
-  FrameWriter& operator=(const FrameWriter&) = delete;
 
   /// Appends a frame; where it begins. After a failure, a full disk, the file ends with the frame before. Throws
   /// OutputError.
@@ -46,7 +43,7 @@ class FrameWriter {
   [[noreturn]] void refuse(int error) const;
 
   std::string path_;
-  int file_ = -1;
+  OpenFile file_;
   std::uint64_t end_ = 0;
 };
 
@@ -55,7 +52,6 @@ class FrameReader {
  public:
   /// Throws ConfigError if the file cannot be read.
   explicit FrameReader(std::string path, std::uint64_t from = 0);
-  ~FrameReader();
   FrameReader(const FrameReader&) = delete;
   FrameReader& operator=(const FrameReader&) = delete;
 
@@ -73,7 +69,7 @@ class FrameReader {
   bool fill(std::size_t bytes);
 
   std::string path_, buffer_;
-  int file_ = -1;
+  OpenFile file_;
   std::uint64_t size_ = 0, begin_ = 0;  ///< of the file; of the buffer in it
   std::uint64_t offset_ = 0, end_ = 0, damaged_ = 0;
   std::string_view content_;

@@ -14,11 +14,11 @@ struct Outcome {
 
 /// What a pool calls back, all of it in the calling process.
 struct PoolEvents {
-  std::function<void(std::size_t item)> started;
   std::function<void(std::size_t item, const Outcome& outcome)> ended;
-  std::function<void()> waiting;      ///< a few times a second
-  std::function<bool()> interrupted;  ///< asked between events; true ends the workers
-  double most_silence_s = 600.0;      ///< a worker that does not say for so long that it goes on is ended; 0: never
+  std::function<void(std::size_t item)> started = [](std::size_t) {};
+  std::function<void()> waiting = [] {};  ///< a few times a second
+  std::function<bool()> interrupted;      ///< asked between events; true ends the workers
+  double most_silence_s = 600.0;          ///< a worker that does not say for so long that it goes on is ended; 0: never
 };
 
 /// What a program inside another, whose threads and locks no fork may break, does around the fork of a worker.

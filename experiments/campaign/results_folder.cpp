@@ -16,7 +16,6 @@
 #include <fmt/format.h>
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/spdlog.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 namespace solenoid {
@@ -56,17 +55,12 @@ void write_campaign(const Campaign& campaign, const std::string& folder) {
   write_file_atomically(folder + "/resolved.toml", campaign.resolved_toml, Writers::several);
 }
 
-FolderLock::FolderLock(const std::string& folder, Kind kind) {
+FolderLock::FolderLock(const std::string& folder, FileLock lock) {
   const std::string path = folder + "/.lock";
-  file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
-  if (file_ < 0) throw OutputError(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
-  const int wanted = kind == Kind::alone ? LOCK_EX : LOCK_SH;
-  if (::flock(file_, wanted | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;  // not every file system has locks
-  ::close(file_);
-  throw OutputError(fmt::format("{}: in use by another solenoid", folder));
+  file_ = OpenFile(::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644));
+  if (!file_) throw OutputError(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
+  if (!take_lock(file_, lock)) throw OutputError(fmt::format("{}: in use by another solenoid", folder));
 }
-
-FolderLock::~FolderLock() { ::close(file_); }
 
 ResultsFolder::ResultsFolder(const std::string& path, const Campaign& campaign, const Settings& settings)
     : path_(path), campaign_(campaign), settings_(settings), started_(timestamp()), runs_(path, campaign) {
@@ -74,7 +68,7 @@ ResultsFolder::ResultsFolder(const std::string& path, const Campaign& campaign, 
   for (const std::string& name :
        {std::string(".lock"), std::string(".room"), std::string("log.txt"), shard_file() + ".runs"})
     require_no_device(file(name));
-  lock_.emplace(path_, settings_.shard.alone ? FolderLock::Kind::alone : FolderLock::Kind::shared);
+  lock_.emplace(path_, settings_.shard.alone ? FileLock::alone : FileLock::shared);
   if (settings_.shard.alone)
     begin_alone();
   else
@@ -127,11 +121,8 @@ void prepare_for_shards(const Campaign& campaign, const std::string& folder, int
 
 void ResultsFolder::keep_room() {
   constexpr off_t last_words = 256 * 1024;  // some results, runs.csv, a manifest
-  const int room = ::open(file(".room").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
-  if (room < 0) return;
-  const bool kept = ::posix_fallocate(room, 0, last_words) == 0;
-  ::close(room);
-  if (!kept) give_room_back();
+  const OpenFile room(::open(file(".room").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644));
+  if (room && ::posix_fallocate(room.descriptor(), 0, last_words) != 0) give_room_back();
 }
 
 void ResultsFolder::give_room_back() noexcept {
@@ -181,7 +172,7 @@ bool ResultsFolder::finished_before(std::size_t run) {
 
 std::vector<std::string> ResultsFolder::distrusted() const {
   std::vector<std::string> lines = distrusted_;
-  for (const auto& more : {runs_.damage(), runs_.strangers()}) lines.insert(lines.end(), more.begin(), more.end());
+  std::ranges::move(runs_.problems(), std::back_inserter(lines));
   return lines;
 }
 

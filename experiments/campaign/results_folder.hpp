@@ -31,15 +31,11 @@ void prepare_for_shards(const Campaign& campaign, const std::string& folder, int
 /// Keeps a results folder for this process alone, or for those that share it, where the file system knows of locks.
 class FolderLock {
  public:
-  enum class Kind { alone, shared };
   /// Throws OutputError if it is in use, or cannot be written.
-  FolderLock(const std::string& folder, Kind kind);
-  ~FolderLock();
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
+  FolderLock(const std::string& folder, FileLock lock);
 
  private:
-  int file_ = -1;
+  OpenFile file_;
 };
 
 /// The folder of a campaign's results while a process writes into it:

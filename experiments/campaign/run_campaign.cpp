@@ -164,12 +164,10 @@ std::optional<std::vector<RunRecord>> run_in_processes(const Campaign& campaign,
   std::iota(all.begin(), all.end(), std::size_t{0});
   std::vector<RunRecord> records(all.size());
   PoolEvents events;
-  events.started = [](std::size_t) {};
   events.ended = [&](std::size_t i, const Outcome& outcome) {
     records[i] = outcome.done ? decode_run(SentRun::of(outcome.text).encoded, session).record
                               : failed_record(campaign, campaign.runs[i], outcome.text);
   };
-  events.waiting = [] {};
   events.most_silence_s = tick_limit_s;
   events.interrupted = [] { return InterruptGuard::raised(); };
   const bool done = work_in_processes(

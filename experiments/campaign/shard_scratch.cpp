@@ -10,10 +10,10 @@
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
+#include <utility>
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -35,13 +35,11 @@ fs::path own_folder(const fs::path& wanted) {
   return pattern;
 }
 
-/// Locks a file that is made for it; -1: somebody else has it.
-int lock_of(const std::string& path) {
-  const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
-  if (file < 0) throw OutputError(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
-  if (::flock(file, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return file;
-  ::close(file);
-  return -1;
+/// Locks a file that is made for it; none: somebody else has it.
+OpenFile lock_of(const std::string& path) {
+  OpenFile file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
+  if (!file) throw OutputError(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
+  return take_lock(file, FileLock::alone) ? std::move(file) : OpenFile();
 }
 
 }  // namespace
@@ -52,7 +50,7 @@ ShardScratch::ShardScratch(const std::string& scratch, const std::string& file) 
   const fs::path place = own_folder(fs::path(scratch) / fmt::format("solenoid-{}-{}", ::geteuid(), whose));
   path_ = (place / fs::path(file).filename()).string();
   lock_ = lock_of(path_ + ".lock");
-  if (lock_ < 0) {  // a process that is at the same shard, here and now
+  if (!lock_) {  // a process that is at the same shard, here and now
     path_ += fmt::format("-{}", ::getpid());
     lock_ = lock_of(path_ + ".lock");
   }
@@ -63,7 +61,6 @@ ShardScratch::~ShardScratch() {
   std::error_code ignored;
   if (!fs::exists(path_ + ".runs", ignored)) ::unlink((path_ + ".lock").c_str());
   fs::remove(fs::path(path_).parent_path(), ignored);  // if nobody else is in it
-  if (lock_ >= 0) ::close(lock_);
 }
 
 void ShardScratch::put_back(bool written) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "core/config/open_file.hpp"
+
 #include <string>
 
 namespace solenoid {
@@ -26,7 +28,7 @@ class ShardScratch {
 
  private:
   std::string file_, path_;
-  int lock_ = -1;
+  OpenFile lock_;
   bool left_before_ = false;
 };
 

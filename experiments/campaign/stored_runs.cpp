@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 
@@ -213,6 +214,12 @@ std::vector<std::string> StoredRuns::strangers() const {
     tell(file.others_programs, "another program or other plug-ins");
     tell(file.others_campaigns, "another campaign, or of this one before it was changed");
   }
+  return lines;
+}
+
+std::vector<std::string> StoredRuns::problems() const {
+  std::vector<std::string> lines = damage();
+  std::ranges::move(strangers(), std::back_inserter(lines));
   return lines;
 }
 

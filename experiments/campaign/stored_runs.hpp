@@ -72,6 +72,8 @@ class StoredRuns {
   std::vector<std::string> damage() const;
   /// What does not count, a line a file.
   std::vector<std::string> strangers() const;
+  /// Both: what an operator should hear of.
+  std::vector<std::string> problems() const;
   /// Records that were there already, in whatever file.
   std::size_t copies() const { return copies_; }
   /// Where they were done, each host once.

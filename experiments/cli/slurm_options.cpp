@@ -89,7 +89,7 @@ int submit_campaign(const Campaign& campaign, const std::string& folder, const S
   std::optional<FolderLock> lock;  // two submissions at once would submit everything twice
   if (!options.dry_run) {
     create_folder(folder + "/slurm");
-    lock.emplace(folder + "/slurm", FolderLock::Kind::alone);
+    lock.emplace(folder + "/slurm", FileLock::alone);
   }
   const SlurmPlan plan = plan_of(campaign, folder, options);
   fmt::print(stderr, "solenoid: {}\n", plan_text(plan));

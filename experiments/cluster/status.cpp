@@ -17,8 +17,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <sys/file.h>
-#include <unistd.h>
 
 namespace solenoid {
 namespace {
@@ -27,11 +25,8 @@ namespace fs = std::filesystem;
 
 /// Whether a process of this machine, or one that the file system knows of, has the file.
 bool in_use(const std::string& path) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return false;
-  const bool taken = ::flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-  ::close(file);
-  return taken;
+  const OpenFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  return file && !take_lock(file, FileLock::shared);
 }
 
 /// What a task said last of how many runs it has done: "12/40, 0:07 left: ...".
@@ -142,9 +137,7 @@ CampaignStatus status_of(const std::string& folder) {
                         .runs = kept.size(),
                         .shards = {},
                         .seconds_left = {},
-                        .problems = {}};
-  for (const auto& lines : {kept.damage(), kept.strangers()})
-    status.problems.insert(status.problems.end(), lines.begin(), lines.end());
+                        .problems = kept.problems()};
   const SlurmJobs jobs = SlurmJobs::of(folder);
   std::map<int, SlurmTask> tasks;
   try {

@@ -76,11 +76,9 @@ void try_out(const std::string& path, Registry& registry) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(most_s);
   std::string problem;
   PoolEvents events;
-  events.started = [](std::size_t) {};
   events.ended = [&](std::size_t, const Outcome& outcome) {
     if (!outcome.done) problem = outcome.text;
   };
-  events.waiting = [] {};
   events.interrupted = [&] { return std::chrono::steady_clock::now() > end; };
   constexpr std::array<std::size_t, 1> once = {0};
   const bool ended = work_in_processes(

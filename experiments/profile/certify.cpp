@@ -263,13 +263,11 @@ Findings measure_in_processes(const CertifyTask& task, const VariantConfig& vari
   std::size_t done = 0;
   std::string trouble;
   PoolEvents events;
-  events.started = [](std::size_t) {};
   events.ended = [&](std::size_t item, const Outcome& outcome) {
     if (!outcome.done) throw std::runtime_error("certify: a worker failed: " + outcome.text);
     parts[item] = Findings::of(outcome.text);
     task.progress(done += parts[item].solves.size());
   };
-  events.waiting = [] {};
   events.interrupted = task.interrupted;
   work_in_processes(
       items, task.jobs,

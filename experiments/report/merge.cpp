@@ -19,14 +19,13 @@ Merged merge(const std::string& folder, bool with_report) {
         fmt::format("{}: there is nothing to merge, a version before wrote it, a file a run (allowed: a "
                     "folder of `solenoid compare`; `solenoid report {}` shows this one)",
                     folder, folder));
-  const FolderLock lock(folder, FolderLock::Kind::shared);
+  const FolderLock lock(folder, FileLock::shared);
   const StoredRuns& kept = *results.kept;
   merged.ok = kept.count(Ending::ok);
   merged.unstable = kept.count(Ending::unstable);
   merged.failed = kept.count(Ending::failed);
   merged.missing = kept.count(Ending::missing);
-  for (const auto& lines : {kept.damage(), kept.strangers()})
-    merged.problems.insert(merged.problems.end(), lines.begin(), lines.end());
+  merged.problems = kept.problems();
   write_runs_csv(folder, results.campaign, kept);
   const std::string manifest =
       merged_manifest(results.manifest, merged.missing > 0 ? "interrupted" : "finished", results.campaign, kept);

@@ -103,12 +103,10 @@ std::optional<RatioMeasured> judge(const Campaign& campaign, const std::string& 
   for (std::size_t i = 0; i < campaign.runs.size(); ++i)
     if (!runs.contains(campaign.runs[i].id)) todo.push_back(i);
   PoolEvents events;
-  events.started = [](std::size_t) {};
   events.ended = [&](std::size_t i, const Outcome& outcome) {
     runs[campaign.runs[i].id] = outcome.done ? Json::parse(outcome.text) : Json{{"ok", false}, {"why", outcome.text}};
     write_file_atomically(path, Json{{"identity", identity}, {"runs", runs}}.dump(1) + "\n");
   };
-  events.waiting = [] {};
   events.interrupted = [] { return InterruptGuard::raised(); };
   const auto work = [&](std::size_t i) {
     const CampaignRun& run = campaign.runs[i];

@@ -125,8 +125,6 @@ CoverageStudy study_coverage(const CoverageSettings& settings, const std::functi
   std::vector<nlohmann::json> results(items.size());  // by seed: the order of ending must not show
   CoverageStudy study;
   PoolEvents events;
-  events.started = [](std::size_t) {};
-  events.waiting = [] {};
   events.interrupted = interrupted;
   events.ended = [&](std::size_t item, const Outcome& outcome) {
     if (outcome.done)
