@@ -14,9 +14,16 @@ namespace solenoid {
 /// `two_way`     8.3.1: a supply and an exhaust valve a chamber, normally closed; fill, exhaust or blocked: nine modes
 /// `three_mode`  of those, A fills while B exhausts, the reverse, all blocked (Nguyen 2007; Qi, Bone, Zhang 2019)
 /// `seven_mode`  of those, all but both filling and both exhausting (Hodgson 2015)
+/// `pcm_2`       8.3.1, pulse code: two binary-weighted valves to fill and two to exhaust each chamber, openings 1/3 and 2/3:
+///               a chamber is closed, or fills or exhausts by thirds: 49 modes
+/// `dual_orifice` a small and a large valve to fill and as many to exhaust each chamber, one of them open at a time: 25
 ///
+/// Openings are shares of the single valve's, so that the largest flow is the same everywhere.
 /// Delays come from the parameters. Throws std::invalid_argument naming what is allowed.
 ModeSet valve_modes(const std::string& configuration, const ActuatorParameters& parameters);
+
+/// Opening of the small valves of `dual_orifice`.
+inline constexpr double small_orifice = 0.25;
 
 /// Returns the names above.
 const std::vector<std::string>& valve_configurations();
