@@ -163,10 +163,11 @@ void plan(File& file, const Shape& shape, bool with_continuous, Modes& modes, Co
     continuous.assign(shape.blocks * shape.inputs, 0.0);
   }
   for (auto& mode : modes) {
-    auto byte = static_cast<std::uint8_t>(mode);
-    file.byte(byte);
-    file.require(byte < shape.modes, "a mode that the variant's set does not have (allowed: below their number)");
-    if constexpr (File::reading) mode = byte;
+    auto number = static_cast<std::uint32_t>(mode);
+    file.count(number, ~std::uint32_t{0});
+    file.require(number < static_cast<std::uint32_t>(shape.modes),
+                 "a mode that the variant's set does not have (allowed: below their number)");
+    if constexpr (File::reading) mode = static_cast<int>(number);
   }
   if (with_continuous) numbers(file, continuous);
 }

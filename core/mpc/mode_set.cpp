@@ -14,24 +14,31 @@ void require(bool condition, const std::string& message) {
   if (!condition) throw std::invalid_argument(message);
 }
 
-void check_modes(const std::string& set, std::size_t switches, const std::vector<Mode>& modes) {
+/// The modes by pattern; throws where one has a switch too many or two are the same.
+std::vector<std::pair<SwitchPattern, int>> by_pattern(const std::string& set, std::size_t switches,
+                                                      const std::vector<Mode>& modes) {
   require(!modes.empty(), fmt::format("mode set '{}': needs at least one mode", set));
-  for (std::size_t i = 0; i < modes.size(); ++i) {
-    require(
-        modes[i].pattern < (1u << switches),
-        fmt::format("mode set '{}': mode '{}' uses a switch beyond the {} there are", set, modes[i].name, switches));
-    for (std::size_t j = 0; j < i; ++j)
-      require(
-          modes[i].pattern != modes[j].pattern,
-          fmt::format("mode set '{}': modes '{}' and '{}' are the same pattern", set, modes[j].name, modes[i].name));
+  std::vector<std::pair<SwitchPattern, int>> sorted;
+  for (const Mode& mode : modes) {
+    if ((mode.pattern & ~first_switches(switches)) != 0)
+      require(false,
+              fmt::format("mode set '{}': mode '{}' uses a switch beyond the {} there are", set, mode.name, switches));
+    sorted.emplace_back(mode.pattern, static_cast<int>(sorted.size()));
   }
+  std::ranges::sort(sorted);
+  const auto twice = std::ranges::adjacent_find(sorted, {}, &std::pair<SwitchPattern, int>::first);
+  if (twice != sorted.end())
+    require(false, fmt::format("mode set '{}': modes '{}' and '{}' are the same pattern", set,
+                               modes[static_cast<std::size_t>(twice->second)].name,
+                               modes[static_cast<std::size_t>((twice + 1)->second)].name));
+  return sorted;
 }
 
 void check_groups(const std::string& set, std::size_t switches, const std::vector<SwitchPattern>& groups) {
   require(groups.size() <= max_switches,
           fmt::format("mode set '{}': {} groups of switches; at most {}", set, groups.size(), max_switches));
   for (const SwitchPattern group : groups) {
-    require(group < (1u << switches),
+    require((group & ~first_switches(switches)) == 0,
             fmt::format("mode set '{}': a group has a switch beyond the {} there are", set, switches));
     require(std::popcount(group) > 1,
             fmt::format("mode set '{}': a group of one at a time needs two switches or more", set));
@@ -66,33 +73,39 @@ ModeSet::ModeSet(std::string name, std::vector<Switch> switches, std::vector<Mod
   require(switches_.size() <= max_switches,
           fmt::format("mode set '{}': {} switches; at most {}", name_, switches_.size(), max_switches));
   require(gain.size() == switches_.size(), fmt::format("mode set '{}': one gain column a switch", name_));
-  check_modes(name_, switches_.size(), modes_);
+  require(offset_.size() <= max_switched,
+          fmt::format("mode set '{}': {} switched inputs; at most {}", name_, offset_.size(), max_switched));
+  for (std::size_t c = 0; c < gain.size(); ++c)
+    require(gain[c].size() == offset_.size(), fmt::format("mode set '{}': gain of switch '{}' needs {} entries", name_,
+                                                          switches_[c].name, offset_.size()));
+  by_pattern_ = by_pattern(name_, switches_.size(), modes_);
   check_groups(name_, switches_.size(), one_at_a_time_);
   safe_ = safe.value_or(find(0) >= 0 ? SwitchPattern{0} : pattern(0));
   require(find(safe_) >= 0, fmt::format("mode set '{}': the safe pattern {:b} is no mode", name_, safe_));
-  const std::size_t patterns = std::size_t{1} << switches_.size();
-  points_.reserve(patterns * offset_.size());
-  for (std::size_t pattern = 0; pattern < patterns; ++pattern) {
-    for (std::size_t row = 0; row < offset_.size(); ++row) {
-      double value = offset_[row];
-      for (std::size_t c = 0; c < gain.size(); ++c) {
-        require(gain[c].size() == offset_.size(), fmt::format("mode set '{}': gain of switch '{}' needs {} entries",
-                                                              name_, switches_[c].name, offset_.size()));
-        if ((pattern >> c) & 1u) value += gain[c][row];
-      }
-      points_.push_back(value);
-    }
-  }
+  tabulate(gain);
 }
 
-std::span<const double> ModeSet::point(SwitchPattern pattern) const {
-  return std::span(points_).subspan(pattern * offset_.size(), offset_.size());
+void ModeSet::tabulate(const std::vector<std::vector<double>>& gain) {
+  chunk_patterns_ = SwitchPattern{1} << std::min(chunk, gain.size());
+  for (std::size_t first = 0; first == 0 || first < gain.size(); first += chunk) {
+    const std::size_t last = std::min(first + chunk, gain.size());
+    for (SwitchPattern pattern = 0; pattern < chunk_patterns_; ++pattern)
+      for (std::size_t row = 0; row < offset_.size(); ++row) {
+        double value = first == 0 ? offset_[row] : 0.0;
+        for (std::size_t c = first; c < last; ++c)
+          if ((pattern >> (c - first)) & 1u) value += gain[c][row];
+        sums_.push_back(value);
+      }
+  }
+  lowering_.assign(offset_.size(), 0);
+  for (std::size_t row = 0; row < offset_.size(); ++row)
+    for (std::size_t c = 0; c < gain.size(); ++c)
+      if (gain[c][row] < 0.0) lowering_[row] |= SwitchPattern{1} << c;
 }
 
 int ModeSet::find(SwitchPattern pattern) const {
-  for (int mode = 0; mode < size(); ++mode)
-    if (this->pattern(mode) == pattern) return mode;
-  return -1;
+  const auto at = std::ranges::lower_bound(by_pattern_, pattern, {}, &std::pair<SwitchPattern, int>::first);
+  return at != by_pattern_.end() && at->first == pattern ? at->second : -1;
 }
 
 ModeSet ModeSet::with_delays_scaled(double factor) const {
@@ -133,28 +146,36 @@ std::vector<std::string> rounded_times(const ModeSet& modes, double dt) {
   return lines;
 }
 
-DelayLines::DelayLines(SwitchPattern pattern) : commanded_(pattern) {
-  for (std::size_t c = 0; c < max_switches; ++c) line_[c] = ((pattern >> c) & 1u) ? -1 : 0;
-}
-
 DelayLines DelayLines::restored(SwitchPattern commanded, std::span<const Line> lines) {
-  DelayLines restored;
-  restored.commanded_ = commanded;
+  DelayLines restored(commanded);
   for (std::size_t c = 0; c < lines.size() && c < max_switches; ++c) {
-    restored.line_[c] = lines[c].states;
-    restored.age_[c] = lines[c].age;
+    restored.keep(c, lines[c].states, (commanded >> c) & 1u);
+    restored.changed_at_[c] = -lines[c].age;
   }
   return restored;
 }
 
 int DelayLines::settled_after() const {
   int settled = 0;
-  for (const std::int64_t line : line_) {
+  for (SwitchPattern left = moving_; left != 0; left &= left - 1) {
+    const std::int64_t line = line_[static_cast<std::size_t>(std::countr_zero(left))];
     // Bits that differ from the final one: the highest of them is the last step before the switch settles.
     const auto differing = static_cast<std::uint64_t>(line < 0 ? ~line : line);
     settled = std::max(settled, 64 - std::countl_zero(differing));
   }
   return settled;
+}
+
+bool DelayLines::operator==(const DelayLines& other) const {
+  if (commanded_ != other.commanded_ || moving_ != other.moving_) return false;
+  for (std::size_t c = 0; c < max_switches; ++c)
+    if (states(c) != other.states(c) || age(c) != other.age(c)) return false;
+  return true;
+}
+
+void DelayLines::forget_ages() {
+  for (int& at : changed_at_) at = std::max(at - now_, -max_age);
+  now_ = 0;
 }
 
 }  // namespace solenoid

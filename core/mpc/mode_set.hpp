@@ -2,7 +2,9 @@
 
 #include "core/mpc/scalar.hpp"
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -15,9 +17,16 @@ namespace solenoid {
 using SwitchPattern = std::uint32_t;
 
 /// Switches (coils) a ModeSet may have.
-inline constexpr std::size_t max_switches = 8;
+inline constexpr std::size_t max_switches = 32;
+/// Switched inputs of a model that a ModeSet may map to.
+inline constexpr std::size_t max_switched = 32;
 /// Longest delay or dwell of a switch, in model steps.
 inline constexpr int max_delay_steps = 62;
+
+/// The switches from 0 on, `count` of them.
+constexpr SwitchPattern first_switches(std::size_t count) {
+  return count == 0 ? 0 : ~SwitchPattern{0} >> (max_switches - count);
+}
 
 /// Switch states, commanded or in effect, as real numbers; entries beyond the mode set's switches stay 0.
 template <class Scalar>
@@ -36,6 +45,23 @@ struct Switch {
 struct Mode {
   std::string name;
   SwitchPattern pattern = 0;
+};
+
+/// A model's switched inputs at a pattern: as many numbers as the mode set says, at most max_switched.
+class SwitchedPoint {
+ public:
+  using value_type = double;
+  using const_iterator = const double*;
+
+  const double* begin() const { return value_.data(); }
+  const double* end() const { return value_.data() + size_; }
+  std::size_t size() const { return size_; }
+  double operator[](std::size_t i) const { return value_[i]; }
+
+ private:
+  friend class ModeSet;
+  std::array<double, max_switched> value_;
+  std::size_t size_ = 0;
 };
 
 /// The finite set of switch patterns that may be commanded, and the affine map from switch states b to the model's
@@ -73,7 +99,21 @@ class ModeSet {
   /// How many switched inputs the model has.
   std::size_t switched_size() const { return offset_.size(); }
   /// The model's switched inputs at any pattern; switched_size() numbers.
-  std::span<const double> point(SwitchPattern pattern) const;
+  SwitchedPoint point(SwitchPattern pattern) const {
+    SwitchedPoint at;
+    at.size_ = offset_.size();
+    write_point(pattern, at.size_, at.value_.data());
+    return at;
+  }
+  /// The same for a model that has `size` of them, switched_size().
+  template <std::size_t size>
+  Vector<double, size> inputs(SwitchPattern pattern) const {
+    Vector<double, size> at;
+    write_point(pattern, size, at.data());
+    return at;
+  }
+  /// The switches that lower switched input i when they go on.
+  SwitchPattern lowering(std::size_t i) const { return lowering_[i]; }
   /// The mode that commands `pattern`, or -1.
   int find(SwitchPattern pattern) const;
   /// The same modes with every delay multiplied by factor >= 0 (a plant whose switches are slower than believed).
@@ -86,7 +126,24 @@ class ModeSet {
   std::vector<double> offset_;
   std::vector<SwitchPattern> one_at_a_time_;
   SwitchPattern safe_ = 0;
-  std::vector<double> points_;  // switched_size numbers for each of 2^switches patterns
+  static constexpr std::size_t chunk = 8;  // switches whose sums are looked up together
+
+  /// offset + the sum over the switches that are on, in their order within each chunk of them, then over the chunks.
+  void write_point(SwitchPattern pattern, std::size_t size, double* into) const {
+    const SwitchPattern in_chunk = chunk_patterns_ - 1;
+    const double* sums = sums_.data();
+    std::copy_n(sums + (pattern & in_chunk) * size, size, into);
+    for (SwitchPattern rest = pattern >> chunk; rest != 0; rest >>= chunk) {
+      sums += chunk_patterns_ * size;
+      for (std::size_t i = 0; i < size; ++i) into[i] += sums[(rest & in_chunk) * size + i];
+    }
+  }
+  void tabulate(const std::vector<std::vector<double>>& gain);
+
+  std::vector<double> sums_;  // of each pattern of a chunk, switched_size numbers; of the first with the offset
+  SwitchPattern chunk_patterns_ = 1;
+  std::vector<SwitchPattern> lowering_;                    // of each switched input
+  std::vector<std::pair<SwitchPattern, int>> by_pattern_;  // the modes, ascending
 };
 
 /// Whether a command that changes the switches `changed` keeps to groups of which one may change at a time.
@@ -116,24 +173,26 @@ struct SwitchTiming {
 std::vector<std::string> rounded_times(const ModeSet& modes, double dt);
 
 /// The commands in flight. For each switch a line of effective states: bit i is its state i steps from now, the last
-/// bit its state from then on. A command overwrites the line from its delay onwards; so edges are delayed each on its
-/// own, and a pulse shorter than its delay is swallowed.
+/// bit its state from then on, which is what was commanded last. A command overwrites the line from its delay onwards; so
+/// edges are delayed each on its own, and a pulse shorter than its delay is swallowed.
+///
+/// Most switches are at rest most of the time: only lines with an edge on its way are kept and moved.
 class DelayLines {
  public:
-  DelayLines() = default;
+  DelayLines() : DelayLines(0) {}
   /// Every switch settled at `pattern`, free to change.
-  explicit DelayLines(SwitchPattern pattern);
+  explicit DelayLines(SwitchPattern pattern) : commanded_(pattern) { changed_at_.fill(-max_age); }
 
   /// Commands a pattern now: switches that differ from the last command change after their delays.
   void command(SwitchPattern pattern, const SwitchTiming& timing) {
-    SwitchPattern changed = pattern ^ commanded_;
-    commanded_ = pattern;
-    for (std::size_t c = 0; changed != 0; ++c, changed >>= 1) {
-      if ((changed & 1u) == 0) continue;
-      const bool on = (pattern >> c) & 1u;
-      line_[c] = after_edge(line_[c], on, on ? timing.rise[c] : timing.fall[c]);
-      age_[c] = 0;
+    for (SwitchPattern changed = pattern ^ commanded_; changed != 0; changed &= changed - 1) {
+      const SwitchPattern one = changed & (~changed + 1);
+      const auto c = static_cast<std::size_t>(std::countr_zero(changed));
+      const bool on = (pattern & one) != 0;
+      keep(c, after_edge(states(c), on, on ? timing.rise[c] : timing.fall[c]), on);
+      changed_at_[c] = now_;
     }
+    commanded_ = pattern;
   }
   /// A switch's line of effective states once it has been commanded on or off, `delay` steps before that takes effect.
   static std::int64_t after_edge(std::int64_t states, bool on, int delay) {
@@ -143,24 +202,31 @@ class DelayLines {
   /// The pattern in effect `ahead` steps from now.
   SwitchPattern effective(int ahead = 0) const {
     const int bit = ahead < 63 ? ahead : 63;
-    SwitchPattern pattern = 0;
-    for (std::size_t c = 0; c < max_switches; ++c) pattern |= static_cast<SwitchPattern>((line_[c] >> bit) & 1) << c;
+    SwitchPattern pattern = commanded_ & ~moving_;
+    for (SwitchPattern left = moving_; left != 0; left &= left - 1) {
+      const auto c = static_cast<std::size_t>(std::countr_zero(left));
+      pattern |= static_cast<SwitchPattern>((line_[c] >> bit) & 1) << c;
+    }
     return pattern;
   }
   /// Lets time pass.
   void advance(int steps) {
     const int shift = steps < 63 ? steps : 63;
-    for (std::size_t c = 0; c < max_switches; ++c) {
-      line_[c] >>= shift;
-      age_[c] = age_[c] + steps < max_age ? age_[c] + steps : max_age;
+    for (SwitchPattern left = moving_; left != 0; left &= left - 1) {
+      const auto c = static_cast<std::size_t>(std::countr_zero(left));
+      keep(c, line_[c] >> shift, (commanded_ >> c) & 1u);
     }
+    now_ += steps < max_age ? steps : max_age;
+    if (now_ >= max_age) forget_ages();
   }
   /// Whether every switch that would change has dwelt long enough, and no other of its groups would change with it.
   bool may_command(SwitchPattern pattern, const SwitchTiming& timing) const {
-    SwitchPattern changed = pattern ^ commanded_;
+    const SwitchPattern changed = pattern ^ commanded_;
     if (!one_at_a_time(changed, std::span(timing.group.data(), timing.groups))) return false;
-    for (std::size_t c = 0; changed != 0; ++c, changed >>= 1)
-      if ((changed & 1u) != 0 && age_[c] < timing.dwell[c]) return false;
+    for (SwitchPattern left = changed; left != 0; left &= left - 1) {
+      const auto c = static_cast<std::size_t>(std::countr_zero(left));
+      if (age(c) < timing.dwell[c]) return false;
+    }
     return true;
   }
   /// Steps from now after which no switch changes on its own any more.
@@ -174,18 +240,32 @@ class DelayLines {
     int age = max_age;
   };
   /// The line of switch c, for a record.
-  Line line(std::size_t c) const { return {line_[c], age_[c]}; }
+  Line line(std::size_t c) const { return {states(c), age(c)}; }
   /// The lines of a record: line(c) gives `lines`[c], every further switch is off and free to change.
   static DelayLines restored(SwitchPattern commanded, std::span<const Line> lines);
   /// Beyond this an age says no more.
   static constexpr int max_age = 1 << 20;
 
-  bool operator==(const DelayLines&) const = default;
+  bool operator==(const DelayLines& other) const;
 
  private:
-  std::array<std::int64_t, max_switches> line_{};
-  std::array<int, max_switches> age_{max_age, max_age, max_age, max_age, max_age, max_age, max_age, max_age};
+  std::int64_t states(std::size_t c) const {
+    return (moving_ >> c) & 1u ? line_[c] : -static_cast<std::int64_t>((commanded_ >> c) & 1u);
+  }
+  int age(std::size_t c) const { return std::min(now_ - changed_at_[c], max_age); }
+  /// Keeps a line that ends `on`, if there is an edge on it.
+  void keep(std::size_t c, std::int64_t states, bool on) {
+    line_[c] = states;
+    const SwitchPattern one = SwitchPattern{1} << c;
+    moving_ = states == -static_cast<std::int64_t>(on) ? moving_ & ~one : moving_ | one;
+  }
+  void forget_ages();
+
   SwitchPattern commanded_ = 0;
+  SwitchPattern moving_ = 0;                       // switches with an edge on its way
+  int now_ = 0;                                    // in [0, max_age)
+  std::array<int, max_switches> changed_at_;       // of each command's last change, at least -max_age
+  std::array<std::int64_t, max_switches> line_{};  // of those that move; the others are of no use
 };
 
 }  // namespace solenoid

@@ -134,11 +134,11 @@ Scalar effective_state(const Scalar& l, const Scalar& c, int after, int rise, in
 /// The model's switched inputs at real switch states, by the mode set's affine map.
 template <HybridModel M, class Scalar>
 Vector<Scalar, M::switched_size> switched_inputs(const ModeSet& modes, const SwitchStates<Scalar>& states) noexcept {
-  const std::span<const double> offset = modes.point(0);
+  const auto offset = modes.template inputs<M::switched_size>(0);
   Vector<Scalar, M::switched_size> inputs;
   for (std::size_t i = 0; i < M::switched_size; ++i) inputs[i] = Scalar(offset[i]);
   for (std::size_t c = 0; c < static_cast<std::size_t>(modes.switch_count()); ++c) {
-    const std::span<const double> on = modes.point(SwitchPattern{1} << c);
+    const auto on = modes.template inputs<M::switched_size>(SwitchPattern{1} << c);
     for (std::size_t i = 0; i < M::switched_size; ++i)
       if (const double gain = on[i] - offset[i]; gain != 0.0) inputs[i] = inputs[i] + Scalar(gain) * states[c];
   }

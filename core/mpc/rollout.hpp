@@ -111,10 +111,7 @@ template <HybridModel M>
   double cost = r.cost + problem.cost.switching * changes;
   SwitchedOf<M> switched{};
   for (int i = 0; i < length; ++i) {
-    if (i <= settled) {
-      const std::span<const double> point = problem.modes.point(r.lines.effective(i));
-      for (std::size_t k = 0; k < M::switched_size; ++k) switched[k] = point[k];
-    }
+    if (i <= settled) switched = problem.modes.template inputs<M::switched_size>(r.lines.effective(i));
     const auto j = static_cast<std::size_t>(r.step + i);
     roll_step<M, double>(problem, j, switched, planned, state, cost);
     if (constrained)  // a state that is no number violates nothing: it shows in the cost, as a numerical failure

@@ -3,7 +3,6 @@
 #include "core/rt/io.hpp"
 
 #include <algorithm>
-#include <bitset>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -24,7 +23,8 @@ class CommandLimits {
  public:
   /// Allows the mode set's patterns, and of each continuous input magnitudes up to its limit.
   CommandLimits(const ModeSet& modes, const std::vector<double>& magnitudes) : safe_(modes.safe_pattern()) {
-    for (const Mode& mode : modes.modes()) allowed_.set(mode.pattern);
+    for (const Mode& mode : modes.modes()) allowed_.push_back(mode.pattern);
+    std::ranges::sort(allowed_);
     std::copy_n(magnitudes.begin(), std::min(magnitudes.size(), most_.size()), most_.begin());
     since_on_.fill(DelayLines::max_age);
   }
@@ -59,7 +59,7 @@ class CommandLimits {
   std::int64_t slowed() const { return slowed_; }  ///< commands that the rates changed
 
  private:
-  bool allowed(SwitchPattern pattern) const noexcept { return pattern < allowed_.size() && allowed_[pattern]; }
+  bool allowed(SwitchPattern pattern) const noexcept { return std::ranges::binary_search(allowed_, pattern); }
 
   /// Switches that would be switched on again too soon stay off; the rest must still be an allowed pattern.
   SwitchPattern held(SwitchPattern wanted) noexcept {
@@ -80,7 +80,7 @@ class CommandLimits {
     return kept;
   }
 
-  std::bitset<std::size_t{1} << max_switches> allowed_;
+  std::vector<SwitchPattern> allowed_;  // ascending
   ContinuousValues most_{};
   CommandRates rates_;
   SwitchPattern safe_;

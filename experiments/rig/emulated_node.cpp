@@ -31,7 +31,7 @@ EmulatedNode::EmulatedNode(std::unique_ptr<FaultyPlant> plant, const Calibration
     : plant_(std::move(plant)),
       calibration_(calibration),
       safe_command_{modes.safe_pattern(), {}},
-      known_switches_((SwitchPattern{1} << modes.switch_count()) - 1),
+      known_switches_(first_switches(static_cast<std::size_t>(modes.switch_count()))),
       wire_(std::move(wire)) {}
 
 std::optional<NodePacket> EmulatedNode::take(const NodePacket& packet, const NodePeer& from, double now_s) {

@@ -144,12 +144,12 @@ std::optional<AxisValues> restart_of(const RecordedRun& run) {
   return from;
 }
 
-/// Of `count` patterns, those that the switches have.
-void check_patterns(const RecordedRun& run, std::size_t count) {
+void check_patterns(const RecordedRun& run, const ModeSet& logged) {
+  const SwitchPattern most = first_switches(static_cast<std::size_t>(logged.switch_count()));
   const auto check = [&](const TickRecord& tick, const char* what, SwitchPattern pattern) {
-    if (pattern >= count)
+    if (pattern > most)
       throw ConfigError(fmt::format("{}: its tick at {:.3f} s {} the pattern {} (allowed: 0 to {})", run.path,
-                                    tick.sensors.time_s, what, pattern, count - 1));
+                                    tick.sensors.time_s, what, pattern, most));
   };
   for (const TickRecord& tick : run.ticks) {
     check(tick, "applied", tick.applied.switches);
@@ -157,12 +157,12 @@ void check_patterns(const RecordedRun& run, std::size_t count) {
   }
 }
 
-/// `own`: for each pattern of the log's mode set, that of the ladder's.
-ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, const std::vector<SwitchPattern>& own,
+/// `from`, `to`: the mode sets of the log and of the ladder.
+ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, const ModeSet& from, const ModeSet& to,
                      LoggedPlans* plans, const Interrupted& interrupted) {
-  check_patterns(run, own.size());
+  check_patterns(run, from);
   const auto translated = [&](Command command) {
-    if (command.switches < own.size()) command.switches = own[command.switches];
+    command.switches = translated_pattern(from, to, command.switches);
     return command;
   };
   using Clock = std::chrono::steady_clock;
@@ -192,25 +192,18 @@ ReplayResult through(const RecordedRun& run, FallbackLadder& ladder, const std::
   return result;
 }
 
-std::vector<SwitchPattern> own_patterns(const VariantConfig& logged, const VariantConfig& variant) {
-  return translated_patterns(system_of(logged).modes(logged), system_of(variant).modes(variant));
-}
-
 }  // namespace
 
-std::vector<SwitchPattern> translated_patterns(const ModeSet& from, const ModeSet& to) {
-  const auto distance = [](std::span<const double> a, std::span<const double> b) {
-    return std::transform_reduce(a.begin(), a.end(), b.begin(), 0.0, std::plus(),
+SwitchPattern translated_pattern(const ModeSet& from, const ModeSet& to, SwitchPattern pattern) {
+  const SwitchedPoint point = from.point(pattern);
+  const auto apart = [&](SwitchPattern other) {
+    const SwitchedPoint there = to.point(other);
+    return std::transform_reduce(point.begin(), point.end(), there.begin(), 0.0, std::plus(),
                                  [](double x, double y) { return (x - y) * (x - y); });
   };
-  const SwitchPattern patterns = 1u << from.switch_count(), own = 1u << to.switch_count();
-  std::vector<SwitchPattern> result;
-  for (SwitchPattern p = 0; p < patterns; ++p) {
-    const auto apart = [&](const Mode& mode) { return distance(from.point(p), to.point(mode.pattern)); };
-    const bool same = p < own && distance(from.point(p), to.point(p)) == 0.0;
-    result.push_back(same ? p : std::ranges::min_element(to.modes(), {}, apart)->pattern);
-  }
-  return result;
+  const bool known = (pattern & ~first_switches(static_cast<std::size_t>(to.switch_count()))) == 0;
+  if (known && apart(pattern) == 0.0) return pattern;
+  return std::ranges::min_element(to.modes(), {}, [&](const Mode& mode) { return apart(mode.pattern); })->pattern;
 }
 
 Campaign recorded_campaign(const RecordedRun& run, std::vector<std::string> variants) {
@@ -240,7 +233,8 @@ ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task, const
     return std::make_unique<LoggedArrivals>(std::move(solver), plans);
   };
   const auto ladder = make_ladder(task.variant, task.scenario.trajectory, task.ladder, as_logged);
-  return through(run, *ladder, own_patterns(task.variant, task.variant), &plans, interrupted);
+  const ModeSet modes = system_of(task.variant).modes(task.variant);
+  return through(run, *ladder, modes, modes, &plans, interrupted);
 }
 
 ReplayResult replay_other(const RecordedRun& run, const RecordedTask& task, const VariantConfig& variant,
@@ -250,7 +244,8 @@ ReplayResult replay_other(const RecordedRun& run, const RecordedTask& task, cons
                                   variant.name, system_of(variant).name(), run.path, system_of(task.variant).name()));
   const VariantConfig timed_alike = told(variant, task.scenario);
   const auto ladder = make_ladder(timed_alike, task.scenario.trajectory, task.ladder, decorate);
-  return through(run, *ladder, own_patterns(task.variant, variant), nullptr, interrupted);
+  return through(run, *ladder, system_of(task.variant).modes(task.variant), system_of(variant).modes(variant), nullptr,
+                 interrupted);
 }
 
 }  // namespace solenoid

@@ -47,9 +47,9 @@ Campaign recorded_campaign(const RecordedRun& run, std::vector<std::string> vari
 /// re-arms come when they came. The same program gives the same commands.
 ReplayResult replay_same(const RecordedRun& run, const RecordedTask& task, const Interrupted& interrupted = {});
 
-/// For each pattern of `from`, which switches the model's inputs so far, the pattern of `to` that is the same: the same
-/// number where that switches them alike, otherwise that of its mode nearest to it by least squares, the first of several.
-std::vector<SwitchPattern> translated_patterns(const ModeSet& from, const ModeSet& to);
+/// The pattern of `to` that switches the model's inputs as `pattern` of `from` does: the same number where that does,
+/// otherwise that of its mode nearest to it by least squares, the first of several.
+SwitchPattern translated_pattern(const ModeSet& from, const ModeSet& to, SwitchPattern pattern);
 
 /// Through any variant under the same limits, each solve done in its tick: what it would have done, and how long it
 /// takes. It is told what was applied then, in its own switches. `decorate` gets its solver first. Throws ConfigError if

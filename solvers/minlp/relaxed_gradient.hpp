@@ -31,11 +31,11 @@ class RelaxedGradient {
     int first = 0;
     for (std::size_t k = 0; k < grid_.size(); ++k) {
       const auto c = commanded_states<double>(problem.modes, weights.subspan(k * modes, modes));
+      const Interval interval{first, k, previous, c, continuous[k], x};
       if (problem.modes.switch_count() <= few)
-        with_best_lanes(
-            [&](auto lanes) { cost += roll<few, lanes>(problem, first, k, previous, c, continuous[k], x); });
+        with_best_lanes([&](auto lanes) { cost += roll<few, lanes>(problem, interval, 0, x); });
       else
-        cost += roll<ns, 2>(problem, first, k, previous, c, continuous[k], x);
+        cost += roll_in_passes(problem, interval, x);
       previous = c;
       first += grid_.intervals[k];
     }
@@ -47,32 +47,53 @@ class RelaxedGradient {
   static constexpr int nx = M::state_size, ns = max_switches, nu = M::continuous_size, size = nx + 2 * ns + nu;
   using Gradient = Eigen::Matrix<double, size, 1>;  // by state, previous command, command, continuous input
   static constexpr int few = 4;                     // switches: duals of the width that most mode sets need
+  static constexpr int at_once = 8;                 // of more, those that one pass is differentiated by
   struct Part {
     Gradient cost;
     Eigen::Matrix<double, nx, size> end;  // of the state at the interval's end
   };
 
-  /// Rolls interval k, keeps its derivatives and returns its cost; the last one's has the terminal cost.
+  struct Interval {
+    int first;  // step of the horizon
+    std::size_t k;
+    SwitchStates<double> previous, command;
+    ContinuousOf<M> planned;
+    StateOf<M> state;  // as it begins
+  };
+
+  /// Rolls an interval as often as it takes to differentiate by all switches.
+  double roll_in_passes(const Problem<M>& problem, const Interval& interval, StateOf<M>& end) noexcept {
+    double cost = 0.0;
+    for (int from = 0; from < problem.modes.switch_count(); from += at_once)
+      cost = roll<at_once, 2>(problem, interval, from, end);
+    return cost;
+  }
+
+  /// Rolls an interval, keeps its derivatives by the switches from `from` on and by all else, and returns its cost; the
+  /// last one's has the terminal cost.
   template <int seeded, int lanes>
-  double roll(const Problem<M>& problem, int first, std::size_t k, const SwitchStates<double>& previous,
-              const SwitchStates<double>& command, const ContinuousOf<M>& planned, StateOf<M>& state) noexcept {
+  double roll(const Problem<M>& problem, const Interval& interval, int from, StateOf<M>& end) noexcept {
     using Number = Dual<nx + 2 * seeded + nu, lanes>;
+    const auto seed = static_cast<std::size_t>(from);
+    const std::size_t k = interval.k;
     Vector<Number, M::state_size> x;
     SwitchStates<Number> before, c;
-    before.fill(Number(0.0));
-    c.fill(Number(0.0));
+    for (std::size_t i = 0; i < max_switches; ++i) {
+      before[i] = Number(interval.previous[i]);
+      c[i] = Number(interval.command[i]);
+    }
     Vector<Number, M::continuous_size> u;
     int at = 0;
-    for (std::size_t i = 0; i < x.size(); ++i) x[i] = Number(state[i], at++);
-    for (std::size_t i = 0; i < seeded; ++i) before[i] = Number(previous[i], at++);
-    for (std::size_t i = 0; i < seeded; ++i) c[i] = Number(command[i], at++);
-    for (std::size_t i = 0; i < u.size(); ++i) u[i] = Number(planned[i], at++);
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = Number(interval.state[i], at++);
+    for (std::size_t i = 0; i < seeded; ++i) before[seed + i] = Number(interval.previous[seed + i], at++);
+    for (std::size_t i = 0; i < seeded; ++i) c[seed + i] = Number(interval.command[seed + i], at++);
+    for (std::size_t i = 0; i < u.size(); ++i) u[i] = Number(interval.planned[i], at++);
     Number cost(0.0);
     if (problem.cost.switching != 0.0)
       for (std::size_t i = 0; i < static_cast<std::size_t>(problem.modes.switch_count()); ++i)
         cost = cost + Number(problem.cost.switching) * relaxed_switch_change<Number>(Number(c[i] - before[i]));
     roll_interval<M, dynamics, Number>(
-        problem, timing_, first, grid_.intervals[k], before, c, u, x,
+        problem, timing_, interval.first, grid_.intervals[k], before, c, u, x,
         [&](std::size_t j, const auto& now) {
           cost = rollout_detail::weighted_square<M, Number>(problem.cost.tracking, problem.reference[j],
                                                             problem.model.template output<Number>(now), cost);
@@ -81,25 +102,25 @@ class RelaxedGradient {
     if (k + 1 == grid_.size())
       cost = rollout_detail::weighted_square<M, Number>(problem.cost.terminal, problem.reference.back(),
                                                         problem.model.template output<Number>(x), cost);
-    parts_[k].cost = spread<seeded, lanes>(cost);
+    Part& part = parts_[k];
+    if (from == 0) part.cost.setZero(), part.end.setZero();
+    spread<seeded, lanes>(cost, from, part.cost);
     for (std::size_t i = 0; i < x.size(); ++i) {
-      parts_[k].end.row(static_cast<int>(i)) = spread<seeded, lanes>(x[i]).transpose();
-      state[i] = x[i].value();
+      spread<seeded, lanes>(x[i], from, part.end.row(static_cast<int>(i)).transpose());
+      end[i] = x[i].value();
     }
     return cost.value();
   }
 
-  /// Derivatives by `seeded` switches at the places of all.
-  template <int seeded, int lanes>
-  static Gradient spread(const Dual<nx + 2 * seeded + nu, lanes>& number) noexcept {
+  /// Derivatives by `seeded` switches from `from` on at their places among all.
+  template <int seeded, int lanes, class Row>
+  static void spread(const Dual<nx + 2 * seeded + nu, lanes>& number, int from, Row&& all) noexcept {
     Eigen::Matrix<double, Dual<nx + 2 * seeded + nu, lanes>::size, 1> d;
     number.copy_derivatives(d.data());
-    Gradient all = Gradient::Zero();
     all.template head<nx>() = d.template head<nx>();
-    all.template segment<seeded>(nx) = d.template segment<seeded>(nx);
-    all.template segment<seeded>(nx + ns) = d.template segment<seeded>(nx + seeded);
+    all.template segment<seeded>(nx + from) = d.template segment<seeded>(nx);
+    all.template segment<seeded>(nx + ns + from) = d.template segment<seeded>(nx + seeded);
     all.template tail<nu>() = d.template segment<nu>(nx + 2 * seeded);
-    return all;
   }
 
   void chain(const Problem<M>& problem, std::span<double> d_weights, std::span<ContinuousOf<M>> d_continuous) noexcept {

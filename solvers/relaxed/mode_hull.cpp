@@ -2,28 +2,59 @@
 
 #include <algorithm>
 #include <bit>
-#include <set>
+#include <cstdint>
+#include <functional>
+#include <numeric>
 
 #include <Eigen/Dense>
 
 namespace solenoid {
 namespace {
 
+/// The different patterns of the modes on some switches, ascending.
 std::vector<SwitchPattern> projected(const ModeSet& modes, SwitchPattern onto) {
-  std::set<SwitchPattern> seen;
-  for (const Mode& mode : modes.modes()) seen.insert(mode.pattern & onto);
-  return {seen.begin(), seen.end()};
+  std::vector<SwitchPattern> seen;
+  for (const Mode& mode : modes.modes()) seen.push_back(mode.pattern & onto);
+  std::ranges::sort(seen);
+  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
+  return seen;
+}
+
+bool independent(const ModeSet& modes, SwitchPattern a, SwitchPattern b) {
+  return projected(modes, a).size() * projected(modes, b).size() == projected(modes, a | b).size();
+}
+
+/// `left` cut into the smallest sets of switches no two of which depend on each other one switch by one. Whatever is
+/// independent of the rest is a union of them; a set of many switches is thus a matter of few.
+std::vector<SwitchPattern> pairwise_parts(const ModeSet& modes, SwitchPattern left) {
+  std::vector<SwitchPattern> parts;
+  for (; left != 0; left &= left - 1) {
+    SwitchPattern joined = left & (~left + 1);
+    const auto depends = [&](SwitchPattern part) {
+      for (SwitchPattern some = part; some != 0; some &= some - 1)
+        if (!independent(modes, some & (~some + 1), left & (~left + 1))) return true;
+      return false;
+    };
+    const auto kept = std::partition(parts.begin(), parts.end(), [&](SwitchPattern part) { return !depends(part); });
+    joined = std::accumulate(kept, parts.end(), joined, std::bit_or<>());
+    parts.erase(kept, parts.end());
+    parts.push_back(joined);
+  }
+  return parts;
 }
 
 /// The smallest set of switches with the lowest of `left` that is independent of the rest of `left`.
 SwitchPattern smallest_factor(const ModeSet& modes, SwitchPattern left) {
   const SwitchPattern lowest = left & (~left + 1);
-  const std::size_t all = projected(modes, left).size();
+  const std::vector<SwitchPattern> parts = pairwise_parts(modes, left);
   SwitchPattern best = left;
-  for (SwitchPattern some = left; some != 0; some = (some - 1) & left)
-    if ((some & lowest) != 0 && std::popcount(some) < std::popcount(best) &&
-        projected(modes, some).size() * projected(modes, left & ~some).size() == all)
+  for (std::uint64_t choice = 1; choice < (std::uint64_t{1} << parts.size()); ++choice) {
+    SwitchPattern some = 0;
+    for (std::size_t i = 0; i < parts.size(); ++i)
+      if ((choice >> i) & 1u) some |= parts[i];
+    if ((some & lowest) != 0 && std::popcount(some) < std::popcount(best) && independent(modes, some, left & ~some))
       best = some;
+  }
   return best;
 }
 
@@ -32,7 +63,7 @@ SwitchPattern smallest_factor(const ModeSet& modes, SwitchPattern left) {
 ModeHull::ModeHull(const ModeSet& modes) : corner_(static_cast<std::size_t>(modes.size())) {
   const int switches = modes.switch_count();
   int weights = 0, sum_rows = 0;
-  for (SwitchPattern left = (SwitchPattern{1} << switches) - 1; left != 0;) {
+  for (SwitchPattern left = first_switches(static_cast<std::size_t>(switches)); left != 0;) {
     const SwitchPattern factor = smallest_factor(modes, left);
     Group group{weights, projected(modes, factor)};
     for (int m = 0; m < modes.size(); ++m) {

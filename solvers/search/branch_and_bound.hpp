@@ -13,6 +13,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include <fmt/format.h>
+
 namespace solenoid {
 
 /// How BranchAndBound searches; no setting changes the optimum.
@@ -39,6 +41,9 @@ class BranchAndBound final : public Solver<M> {
   void prepare(const Problem<M>& problem) override {
     const std::size_t blocks = problem.horizon.blocks.size();
     if (blocks > max_tree_blocks) throw std::invalid_argument("branch and bound takes at most 32 blocks");
+    if (problem.modes.size() > max_tree_modes)
+      throw std::invalid_argument(fmt::format("branch and bound takes at most {} modes; mode set '{}' has {}",
+                                              max_tree_modes, problem.modes.name(), problem.modes.size()));
     timing_ = SwitchTiming(problem.modes, problem.horizon.dt_s);
     builder_.prepare(problem.modes, timing_);
     inputs_.reserve(builder_.most_pieces());
@@ -333,7 +338,7 @@ class BranchAndBound final : public Solver<M> {
     child.switches = lane_switches_[i];
     child.source = lane_source_[i];
     child.modes = lane_parent_[i]->modes;
-    child.modes[b] = static_cast<std::uint8_t>(lane_mode_[i]);
+    child.modes[b] = static_cast<std::uint16_t>(lane_mode_[i]);
     return child;
   }
 
@@ -437,7 +442,7 @@ class BranchAndBound final : public Solver<M> {
   std::vector<Level> levels_;
   std::vector<ContinuousOf<M>> planned_;
   std::vector<int> first_step_;
-  std::array<std::uint8_t, max_tree_blocks> best_modes_{};
+  ModeSequence best_modes_{};
   std::size_t depth_ = 0;
   int parent_count_ = 0, group_ = max_lanes;
   bool numerical_failure_ = false;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <optional>
 #include <vector>
 
 namespace solenoid {
@@ -19,12 +20,7 @@ class LaneInputBuilder {
  public:
   void prepare(const ModeSet& modes, const SwitchTiming& timing) {
     timing_ = timing;
-    points_.clear();
-    for (SwitchPattern p = 0; p < (1u << modes.switch_count()); ++p) {
-      SwitchedOf<M> point{};
-      std::ranges::copy(modes.point(p), point.begin());
-      points_.push_back(point);
-    }
+    modes_ = modes;
     edges_ = {0};
     for (std::size_t c = 0; c < static_cast<std::size_t>(timing.switches); ++c)
       edges_.insert(edges_.end(), {timing.rise[c], timing.fall[c]});
@@ -59,16 +55,16 @@ class LaneInputBuilder {
       const SwitchPattern on_way = inputs.in_flight ? before.effective(t) : before.commanded();
       const auto [risen, fallen] = over_[static_cast<std::size_t>(t)];
       const SwitchPattern in_effect = (on_way & ~(changed & ~pattern & fallen)) | (changed & pattern & risen);
-      write(points_[in_effect], lane, inputs.piece[k]);
+      write(modes_->template inputs<M::switched_size>(in_effect), lane, inputs.piece[k]);
     }
   }
 
-  /// Hulls of what can be in effect after a settled command of `pattern`, whatever is commanded from now on with at
+  /// Hulls of what can be in effect after a settled command of mode `mode`, whatever is commanded from now on with at
   /// most `changes` switch changes in all.
-  void hull(SwitchPattern pattern, int changes, int lane, LaneInputs<M>& lowest, LaneInputs<M>& highest) const {
+  void hull(std::size_t mode, int changes, int lane, LaneInputs<M>& lowest, LaneInputs<M>& highest) const {
     const std::size_t budget = static_cast<std::size_t>(std::min(changes, timing_.switches));
     for (std::size_t k = 0; k < edges_.size(); ++k) {
-      const std::size_t at = (budget * points_.size() + pattern) * edges_.size() + k;
+      const std::size_t at = (mode * (static_cast<std::size_t>(timing_.switches) + 1) + budget) * edges_.size() + k;
       write(hull_low_[at], lane, lowest.piece[k]);
       write(hull_high_[at], lane, highest.piece[k]);
     }
@@ -90,12 +86,21 @@ class LaneInputBuilder {
   void prepare_hulls(const ModeSet& modes) {
     hull_low_.clear();
     hull_high_.clear();
-    for (int budget = 0; budget <= timing_.switches; ++budget)
-      for (SwitchPattern p = 0; p < points_.size(); ++p) {
-        const Reach reach = within(modes, p, budget);
-        for (const int t : edges_)
-          add_hull(p | (reach.on & over(timing_.rise, t)), ~p | (reach.off & over(timing_.fall, t)));
+    std::vector<Reach> reach(static_cast<std::size_t>(timing_.switches) + 1);
+    for (const Mode& mode : modes.modes()) {
+      std::ranges::fill(reach, Reach{});
+      for (const Mode& other : modes.modes()) {
+        Reach& there = reach[static_cast<std::size_t>(std::popcount(mode.pattern ^ other.pattern))];
+        there.on |= other.pattern;
+        there.off |= ~other.pattern;
       }
+      for (std::size_t budget = 0; budget < reach.size(); ++budget) {
+        if (budget > 0) reach[budget].on |= reach[budget - 1].on, reach[budget].off |= reach[budget - 1].off;
+        for (const int t : edges_)
+          add_hull(mode.pattern | (reach[budget].on & over(timing_.rise, t)),
+                   ~mode.pattern | (reach[budget].off & over(timing_.fall, t)));
+      }
+    }
   }
 
   /// Switches that can come to be on, and off.
@@ -103,28 +108,15 @@ class LaneInputBuilder {
     SwitchPattern on = 0, off = 0;
   };
 
-  /// What `budget` switch changes can reach from pattern p, by way of the allowed patterns.
-  Reach within(const ModeSet& modes, SwitchPattern p, int budget) const {
-    Reach reach;
-    for (int m = 0; m < modes.size(); ++m) {
-      const SwitchPattern q = modes.pattern(m);
-      if (budget < timing_.switches && std::popcount(p ^ q) > budget) continue;
-      reach.on |= q;
-      reach.off |= ~q;
-    }
-    return reach;
-  }
-
+  /// The box of all patterns in which each switch is on or off as it may be: every input has its least and its most at
+  /// a pattern of its own, so that the box holds what point() gives for each of them, its rounding included: sums are
+  /// monotone in each term, in the same order.
   void add_hull(SwitchPattern may_be_on, SwitchPattern may_be_off) {
+    const SwitchPattern always_on = may_be_on & ~may_be_off, free = may_be_on & may_be_off;
     SwitchedOf<M> low, high;
-    low.fill(Bounds<M>::infinity);
-    high.fill(-Bounds<M>::infinity);
-    for (SwitchPattern b = 0; b < points_.size(); ++b) {
-      if ((b & ~may_be_on) != 0 || (~b & ~may_be_off & (points_.size() - 1)) != 0) continue;
-      for (std::size_t i = 0; i < M::switched_size; ++i) {
-        low[i] = std::min(low[i], points_[b][i]);
-        high[i] = std::max(high[i], points_[b][i]);
-      }
+    for (std::size_t i = 0; i < M::switched_size; ++i) {
+      low[i] = modes_->point(always_on | (free & modes_->lowering(i)))[i];
+      high[i] = modes_->point(always_on | (free & ~modes_->lowering(i)))[i];
     }
     hull_low_.push_back(low);
     hull_high_.push_back(high);
@@ -134,10 +126,11 @@ class LaneInputBuilder {
     SwitchPattern risen = 0, fallen = 0;
   };
 
+  std::optional<ModeSet> modes_;
   SwitchTiming timing_;
   std::array<Over, max_delay_steps + 2> over_{};  // switches whose rise, whose fall is over after so many steps
   std::vector<int> edges_;  // delays at which a pattern can change after a command, ascending from 0
-  std::vector<SwitchedOf<M>> points_, hull_low_, hull_high_;  // hulls: budget-major, then pattern, then edge
+  std::vector<SwitchedOf<M>> hull_low_, hull_high_;  // mode-major, then budget, then edge
 };
 
 }  // namespace solenoid

@@ -46,7 +46,7 @@ class NodeBounds {
         for (std::size_t k = 0; k < M::state_size; ++k) boxes_.low[k][lane] = boxes_.high[k][lane] = node.state[k];
         boxes_.cost[lane] = node.cost;
         const int changes = changes_left(problem, incumbent, node);
-        builder.hull(problem.modes.pattern(node.modes[b]), changes, lane, lowest_, highest_);
+        builder.hull(node.modes[b], changes, lane, lowest_, highest_);
       }
       pad();
       steps += std::int64_t{kernel_.whole_registers(boxes_.count)} * span.length;

@@ -11,6 +11,11 @@ namespace solenoid {
 
 /// Blocks that a tree search takes.
 inline constexpr std::size_t max_tree_blocks = 32;
+/// Modes that it takes.
+inline constexpr int max_tree_modes = 4096;
+
+/// A mode a block.
+using ModeSequence = std::array<std::uint16_t, max_tree_blocks>;
 
 /// The modes of a tree's first blocks: where they lead, what they cost, and what every completion costs at least.
 template <HybridModel M>
@@ -19,7 +24,7 @@ struct TreeNode {
   double cost = 0.0, bound = 0.0;
   int switches = 0;
   int source = 0;  ///< which of its level's lines it was commanded on
-  std::array<std::uint8_t, max_tree_blocks> modes{};
+  ModeSequence modes{};
 };
 
 /// The open nodes whose next block is this level's, best bound first from `next` on.

@@ -63,21 +63,29 @@ Count most_of_groupings(int modes, const TreeShape& shape, const Cost& cost) {
 /// The same with every parent alone, over the ways that groups of switches leave.
 template <class Cost>
 Count most_of_ways(const ModeSet& modes, const TreeShape& shape, const Cost& cost) {
-  const std::size_t patterns = std::size_t{1} << modes.switch_count();
-  std::vector<Count> below(patterns), most(patterns);  // by the pattern that is in force when the level begins
-  for (std::size_t level = shape.block_steps.size(); level-- > 0;) {
-    for (SwitchPattern p = 0; p < patterns; ++p) {
-      Count children, sum;
-      for (const Mode& mode : modes.modes()) {
-        if (!one_at_a_time(p ^ mode.pattern, modes.one_at_a_time())) continue;
-        children = children + 1;
-        sum = sum + below[mode.pattern];
-      }
-      most[p] = sum + cost(level, children);
+  const auto count = static_cast<std::size_t>(modes.size());
+  std::vector<Count> below(count), most(count);  // by the mode that is in force when the level begins
+  const auto from = [&](std::size_t level, SwitchPattern in_force) {
+    Count children, sum;
+    for (std::size_t next = 0; next < count; ++next) {
+      if (!one_at_a_time(in_force ^ modes.modes()[next].pattern, modes.one_at_a_time())) continue;
+      children = children + 1;
+      sum = sum + below[next];
     }
+    return sum + cost(level, children);
+  };
+  for (std::size_t level = shape.block_steps.size(); --level > 0;) {
+    for (std::size_t m = 0; m < count; ++m) most[m] = from(level, modes.modes()[m].pattern);
     below = most;
   }
-  return *std::max_element(below.begin(), below.end());
+  // What a search starts from need not be a mode, and may be anything as far as groups can tell.
+  Count root;
+  SwitchPattern grouped = 0;
+  for (const SwitchPattern group : modes.one_at_a_time()) grouped |= group;
+  for (SwitchPattern p = grouped;; p = (p - 1) & grouped) {
+    root = std::max(root, from(0, p));
+    if (p == 0) return root;
+  }
 }
 
 template <class Cost>

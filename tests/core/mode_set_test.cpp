@@ -2,8 +2,12 @@
 
 #include "core/systems/actuator/valves.hpp"
 
+#include <algorithm>
+#include <bit>
 #include <random>
+#include <set>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -47,14 +51,17 @@ class RandomLines : public testing::TestWithParam<int> {};
 TEST_P(RandomLines, AgreeWithAListOfScheduledEdges) {
   std::mt19937_64 random(static_cast<std::uint64_t>(GetParam()));
   const auto below = [&](int n) { return static_cast<int>(random() % static_cast<std::uint64_t>(n)); };
-  const int n = 1 + below(8), longest = GetParam() % 2 ? 6 : 63;
+  const int n = 1 + below(GetParam() % 4 ? 8 : 32), longest = GetParam() % 2 ? 6 : 63;
+  const auto any_pattern = [&] {
+    return static_cast<SwitchPattern>(random()) & first_switches(static_cast<std::size_t>(n));
+  };
   SwitchTiming timing;
   timing.switches = n;
   for (std::size_t c = 0; c < max_switches; ++c)
     timing.rise[c] = below(longest), timing.fall[c] = below(longest), timing.dwell[c] = below(10);
   timing.groups = static_cast<std::size_t>(GetParam() % 3 ? 0 : 1 + below(3));
-  for (std::size_t g = 0; g < timing.groups; ++g) timing.group[g] = static_cast<SwitchPattern>(below(1 << n));
-  const auto start = static_cast<SwitchPattern>(below(1 << n));
+  for (std::size_t g = 0; g < timing.groups; ++g) timing.group[g] = any_pattern();
+  const SwitchPattern start = any_pattern();
   DelayLines lines(start);
   std::vector<NaiveLine> naive;
   naive.reserve(static_cast<std::size_t>(n));
@@ -66,7 +73,7 @@ TEST_P(RandomLines, AgreeWithAListOfScheduledEdges) {
     return pattern;
   };
   for (int round = 0; round < 400; ++round) {
-    const auto pattern = static_cast<SwitchPattern>(below(1 << n));
+    const SwitchPattern pattern = any_pattern();
     bool free = true;
     for (std::size_t c = 0; c < naive.size(); ++c)
       if (naive[c].commanded() != (((pattern >> c) & 1u) != 0)) free = free && naive[c].free(timing.dwell[c]);
@@ -126,7 +133,8 @@ TEST(ModeSet, RefusesWhatIsWrongByName) {
                         const std::vector<std::vector<double>>& gain) {
     return [=] { ModeSet("m", s, m, {0.0}, gain); };
   };
-  expect_refused(build(std::vector<Switch>(9), {{"a", 0}}, std::vector<std::vector<double>>(9, {1.0})), "9 switches");
+  expect_refused(build(std::vector<Switch>(33), {{"a", 0}}, std::vector<std::vector<double>>(33, {1.0})),
+                 "33 switches; at most 32");
   expect_refused(build({{"s"}}, {}, {{1.0}}), "at least one mode");
   expect_refused(build({{"s"}}, {{"far", 2}}, {{1.0}}), "'far' uses a switch beyond");
   expect_refused(build({{"s"}}, {{"a", 1}, {"b", 1}}, {{1.0}}), "'a' and 'b' are the same");
@@ -140,7 +148,7 @@ TEST(ModeSet, RefusesWhatIsWrongByName) {
   };
   expect_refused(grouped({4 | 1}), "a group has a switch beyond the 2");
   expect_refused(grouped({2}), "needs two switches or more");
-  expect_refused(grouped(std::vector<SwitchPattern>(9, 3)), "9 groups");
+  expect_refused(grouped(std::vector<SwitchPattern>(33, 3)), "33 groups");
   EXPECT_NO_THROW(grouped({3})());
   expect_refused(timing({"s", 0.063}), "rise_delay of 0.063 s is 63 steps");
   expect_refused(timing({"s", 0, -0.001}), "fall_delay");
@@ -220,6 +228,77 @@ TEST(Valves, MapEveryPatternToItsOpenings) {
   EXPECT_NE(three.find(0b1001), -1);
   EXPECT_NE(three.find(0b0110), -1);
   expect_refused([] { valve_modes("five_way", {}); }, "three_way, two_way, three_mode, seven_mode");
+}
+
+/// Chamber by chamber, from the coils alone: the openings of the valves that are on.
+void expect_bank(const char* name, std::size_t valves, const std::vector<double>& openings, int modes_a_chamber) {
+  const ModeSet modes = valve_modes(name, {});
+  ASSERT_EQ(modes.switch_count(), static_cast<int>(4 * valves)) << name;
+  ASSERT_EQ(modes.size(), modes_a_chamber * modes_a_chamber) << name;
+  std::set<std::vector<double>> seen;
+  for (int m = 0; m < modes.size(); ++m) {
+    const SwitchPattern q = modes.pattern(m);
+    std::vector<double> expected;
+    for (std::size_t path = 0; path < 4; ++path) {
+      double sum = 0.0;
+      for (std::size_t i = 0; i < valves; ++i)
+        if ((q >> (path * valves + i)) & 1u) sum += openings[i];
+      expected.push_back(sum);
+    }
+    const SwitchedPoint point = modes.point(q);
+    for (std::size_t path = 0; path < 4; ++path) EXPECT_NEAR(point[path], expected[path], 1e-15) << name << q;
+    EXPECT_EQ(point[0] * point[1], 0.0) << "supply and exhaust of A: " << modes.modes()[std::size_t(m)].name;
+    EXPECT_EQ(point[2] * point[3], 0.0) << "supply and exhaust of B: " << modes.modes()[std::size_t(m)].name;
+    EXPECT_LE(*std::ranges::max_element(point), 1.0 + 1e-15);
+    EXPECT_TRUE(seen.insert({point.begin(), point.end()}).second) << "two modes open alike";
+    EXPECT_EQ(modes.find(q), m);
+  }
+  EXPECT_EQ(modes.pattern(0), 0u);
+  EXPECT_EQ(modes.safe_pattern(), 0u);
+  for (std::size_t path = 0; path < 4; ++path) {  // the largest flow is the single valve's
+    double most = 0.0;
+    for (const std::vector<double>& point : seen) most = std::max(most, point[path]);
+    EXPECT_NEAR(most, 1.0, 1e-15) << name;
+  }
+}
+
+TEST(Valves, BanksOpenInStepsUpToTheSingleValveAndNeverShort) {
+  expect_bank("dual_orifice", 2, {small_orifice, 1.0}, 5);
+  expect_bank("pcm_2", 2, {1.0 / 3, 2.0 / 3}, 7);
+  expect_bank("pcm_3", 3, {1.0 / 7, 2.0 / 7, 4.0 / 7}, 15);
+  expect_bank("pcm_4", 4, {1.0 / 15, 2.0 / 15, 4.0 / 15, 8.0 / 15}, 31);
+  const ModeSet dual = valve_modes("dual_orifice", {});
+  for (const Mode& mode : dual.modes())
+    for (const int chamber : {0, 4}) EXPECT_LE(std::popcount((mode.pattern >> chamber) & 15u), 1) << mode.name;
+}
+
+/// Up to 32 switches: points are the affine map, added up in another order and in whole numbers, which are exact.
+TEST(ModeSet, OfAnySizeMapsEveryPatternByItsGains) {
+  std::mt19937_64 random(5);
+  for (const std::size_t switches : {0, 1, 7, 8, 9, 16, 17, 31, 32}) {
+    std::vector<Switch> names(switches);
+    std::vector<std::vector<double>> gain(switches, std::vector<double>(3));
+    for (auto& column : gain)
+      for (double& g : column) g = static_cast<double>(random() % 2001) - 1000.0;
+    std::set<SwitchPattern> some = {0, first_switches(switches)};
+    for (int i = 0; i < 200; ++i) some.insert(static_cast<SwitchPattern>(random()) & first_switches(switches));
+    std::vector<Mode> modes;
+    for (const SwitchPattern p : some) modes.push_back({fmt::format("{:b}", p), p});
+    std::shuffle(modes.begin(), modes.end(), random);
+    const ModeSet set("drawn", names, modes, {1.0, -2.0, 3.0}, gain);
+    for (const Mode& mode : modes) {
+      std::vector<double> expected = {1.0, -2.0, 3.0};
+      for (std::size_t c = switches; c-- > 0;)
+        if ((mode.pattern >> c) & 1u)
+          for (std::size_t i = 0; i < 3; ++i) expected[i] += gain[c][i];
+      ASSERT_THAT(set.point(mode.pattern), testing::ElementsAreArray(expected)) << switches;
+      ASSERT_THAT(set.inputs<3>(mode.pattern), testing::ElementsAreArray(expected)) << switches;
+      ASSERT_EQ(set.pattern(set.find(mode.pattern)), mode.pattern);
+    }
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t c = 0; c < switches; ++c) EXPECT_EQ((set.lowering(i) >> c) & 1u, gain[c][i] < 0) << switches;
+    EXPECT_EQ(set.find(switches == 32 ? 1u << 31 ^ 12345u : ~SwitchPattern{0}) >= 0, false);
+  }
 }
 
 TEST(ModeSet, TheSafePatternIsAModeByDefaultEverySwitchOffOrTheFirst) {

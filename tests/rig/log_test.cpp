@@ -205,13 +205,18 @@ TEST(RunLog, NoticesADiskThatCannotKeepWhatItTook) {
 TEST(Replay, TellsAVariantWithOtherValvesTheModeThatOpensAlike) {
   const ModeSet two = valve_modes("two_way", {}), three = valve_modes("three_way", {}),
                 seven = valve_modes("seven_mode", {});
-  const auto to_two = translated_patterns(three, two), to_three = translated_patterns(two, three);
+  const auto translated = [](const ModeSet& from, const ModeSet& to) {
+    std::vector<SwitchPattern> all;
+    for (SwitchPattern p = 0; p < 1u << from.switch_count(); ++p) all.push_back(translated_pattern(from, to, p));
+    return all;
+  };
+  const auto to_two = translated(three, two), to_three = translated(two, three);
   EXPECT_THAT(to_two, testing::ElementsAre(0b1010, 0b1001, 0b0110, 0b0101));  // each chamber fills or exhausts
   ASSERT_EQ(to_three.size(), 16u);
   for (SwitchPattern p = 0; p < 4; ++p) EXPECT_EQ(to_three[to_two[p]], p);
   EXPECT_EQ(to_three[0b0001], 1u);  // B, held, is as far from filled as from exhausted: the first mode
   EXPECT_EQ(to_three[0b0000], 0u);
-  const auto to_seven = translated_patterns(two, seven);  // the same coils, whether it would command them or not
+  const auto to_seven = translated(two, seven);  // the same coils, whether it would command them or not
   for (SwitchPattern p = 0; p < 16; ++p) EXPECT_EQ(to_seven[p], p);
 }
 

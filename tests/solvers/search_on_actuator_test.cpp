@@ -115,14 +115,14 @@ void equal_to_enumeration(const std::string& valves, const std::vector<int>& per
   if (dwell_s > 0) {
     std::vector<Switch> switches(problem.modes.switches().begin(), problem.modes.switches().end());
     for (Switch& s : switches) s.min_dwell_s = dwell_s;
+    const SwitchedPoint rest = problem.modes.point(0);
     std::vector<std::vector<double>> gain;
     for (std::size_t c = 0; c < switches.size(); ++c) {
       gain.emplace_back();
-      for (std::size_t k = 0; k < 4; ++k)
-        gain[c].push_back(problem.modes.point(1u << c)[k] - problem.modes.point(0)[k]);
+      for (std::size_t k = 0; k < 4; ++k) gain[c].push_back(problem.modes.point(1u << c)[k] - rest[k]);
     }
     problem.modes = ModeSet("dwelling", switches, {problem.modes.modes().begin(), problem.modes.modes().end()},
-                            {problem.modes.point(0).begin(), problem.modes.point(0).end()}, gain);
+                            {rest.begin(), rest.end()}, gain);
   }
   const auto all = recorded(problem, kick);
   BranchAndBound<M> search, enumerate({.prune = false});
@@ -167,6 +167,15 @@ TEST(BranchAndBound, EqualsEnumerationWithATerminalCost) {
 
 TEST(BranchAndBound, EqualsEnumerationOfNineToTheFourth) {
   equal_to_enumeration<PrestabilisedActuator>("two_way", {2, 2, 4, 12}, 2e-8, 0.0, 1000);
+}
+
+TEST(BranchAndBound, EqualsEnumerationOfValveBanks) {
+  equal_to_enumeration<PrestabilisedActuator>("pcm_2", {2, 6}, 1.2e-8, 0.3, 1000, 0.0, {30.0, 0.02});
+  equal_to_enumeration<PneumaticActuator>("pcm_2", {2, 6}, 2e-8, 0.3, 1000);
+  equal_to_enumeration<PrestabilisedActuator>("dual_orifice", {1, 2, 5}, 1.2e-8, 0.3, 1000, 0.0, {30.0, 0.02});
+  equal_to_enumeration<PneumaticActuator>("dual_orifice", {1, 2, 5}, 2e-8, 0.3, 1000);
+  equal_to_enumeration<PrestabilisedActuator>("pcm_3", {1, 7}, 1.2e-8, 0.3, 30, 0.0, {30.0, 0.02});
+  equal_to_enumeration<PneumaticActuator>("pcm_4", {8}, 2e-8, 0.3, 100, 0.0, {30.0, 0.02});
 }
 
 TEST(LaneEnumeration, EqualsTheScalarSearchOnTheActuator) {
@@ -260,7 +269,8 @@ void bounded_by_enclosures(const OutputOf<M>& tracking, const OutputOf<M>& termi
         const Rollout<M>& node = nodes[static_cast<std::size_t>(lane)];
         for (std::size_t i = 0; i < M::state_size; ++i) boxes.low[i][lane] = boxes.high[i][lane] = node.state[i];
         boxes.cost[lane] = node.cost;
-        builder.hull(node.lines.commanded(), max_switches, lane, lowest, highest);
+        builder.hull(static_cast<std::size_t>(problem.modes.find(node.lines.commanded())), max_switches, lane, lowest,
+                     highest);
       }
       kernel.enclose(problem, {planned.data(), first, steps - first, cutoff}, lowest, highest, boxes);
       for (int lane = 0; lane < max_lanes; ++lane) {

@@ -94,8 +94,8 @@ ModeSet dual_orifice(const ActuatorParameters& p) {
 }  // namespace
 
 const std::vector<std::string>& valve_configurations() {
-  static const std::vector<std::string> names = {"three_way",  "two_way", "three_mode",
-                                                 "seven_mode", "pcm_2",   "dual_orifice"};
+  static const std::vector<std::string> names = {"three_way",    "two_way", "three_mode", "seven_mode",
+                                                 "dual_orifice", "pcm_2",   "pcm_3",      "pcm_4"};
   return names;
 }
 
@@ -107,6 +107,8 @@ ModeSet valve_modes(const std::string& configuration, const ActuatorParameters& 
   if (configuration == "seven_mode")
     return two_way("seven_mode", {{0, 0}, {0, 1}, {0, 2}, {1, 0}, {1, 2}, {2, 0}, {2, 1}}, p);
   if (configuration == "pcm_2") return pulse_code("pcm_2", 2, p);
+  if (configuration == "pcm_3") return pulse_code("pcm_3", 3, p);
+  if (configuration == "pcm_4") return pulse_code("pcm_4", 4, p);
   if (configuration == "dual_orifice") return dual_orifice(p);
   throw std::invalid_argument(
       fmt::format("valves: '{}' is not known; allowed: {}", configuration, fmt::join(valve_configurations(), ", ")));

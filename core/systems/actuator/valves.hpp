@@ -16,6 +16,8 @@ namespace solenoid {
 /// `seven_mode`  of those, all but both filling and both exhausting (Hodgson 2015)
 /// `pcm_2`       8.3.1, pulse code: two binary-weighted valves to fill and two to exhaust each chamber, openings 1/3 and 2/3:
 ///               a chamber is closed, or fills or exhausts by thirds: 49 modes
+/// `pcm_3`       the same with three, by sevenths: 225 modes
+/// `pcm_4`       the same with four, by fifteenths: 961 modes
 /// `dual_orifice` a small and a large valve to fill and as many to exhaust each chamber, one of them open at a time: 25
 ///
 /// Openings are shares of the single valve's, so that the largest flow is the same everywhere.

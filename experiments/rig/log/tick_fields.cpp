@@ -34,7 +34,7 @@ constexpr Allowed allowed_of(bool exact) {
   if (std::is_same_v<T, bool>) return {true, 0, 1};
   if (std::is_same_v<T, Status>) return {true, 0, static_cast<double>(Status::numerical_failure)};
   if (std::is_same_v<T, Rung>) return {true, 0, rungs - 1};
-  if (std::is_same_v<T, SwitchPattern>) return {true, 0, static_cast<double>((1u << max_switches) - 1)};
+  if (std::is_same_v<T, SwitchPattern>) return {true, 0, static_cast<double>(first_switches(max_switches))};
   if (std::is_integral_v<T>) return {true, -1, sizeof(T) == 4 ? 2147483647.0 : 9007199254740992.0};
   return exact ? Allowed{false, -most, most} : Allowed{false, -infinite, infinite};
 }
