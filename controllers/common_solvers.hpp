@@ -36,25 +36,25 @@ std::vector<SolverRow> common_solvers() {
   std::vector<SolverRow> rows;
   rows.push_back({.name = "exhaustive",
                   .summary = "every sequence of modes over the blocks",
-                  .groups = {"planning"},
+                  .groups = {"planning", "limits"},
                   .make = SolverMakers::of<Models...>(
                       []<HybridModel M>(const VariantConfig&) { return make_tree_search<M>(false); }),
                   .check = check_tree});
   rows.push_back({.name = "branch_and_bound",
                   .summary = "the same optimum, pruned by bounds: docs/results/search.md",
-                  .groups = {"planning"},
+                  .groups = {"planning", "limits"},
                   .make = SolverMakers::of<Models...>(
                       []<HybridModel M>(const VariantConfig&) { return make_tree_search<M>(true); }),
                   .check = check_tree});
   rows.push_back({.name = "sum_up_rounding",
                   .summary = "relaxed, rounded by summing up, improved by mode swaps: docs/results/rounding.md",
                   .chooses_continuous = true,
-                  .groups = {"planning", "rounding", "relaxing"},
+                  .groups = {"planning", "limits", "rounding", "relaxing"},
                   .make = rounding(RoundingMethod::sum_up)});
   rows.push_back({.name = "cia",
                   .summary = "the same with the rounding of least integral gap",
                   .chooses_continuous = true,
-                  .groups = {"planning", "rounding", "relaxing"},
+                  .groups = {"planning", "limits", "rounding", "relaxing"},
                   .make = rounding(RoundingMethod::integral_approximation)});
   rows.push_back({.name = "relaxed_pulses",
                   .summary = "relaxed by projected gradients, applied as pulses over each control period",

@@ -47,8 +47,9 @@ class ModelSystem : public System {
                            v.latency_ticks, v.timing.ticks_per_period, this->description().outputs, Inputs()}));
   }
   std::unique_ptr<Guard> guard(const VariantConfig& v) const override {
-    return std::make_unique<KalmanGuard<M>>(problem_of(v, Horizon{v.timing.tick_s, {v.horizon.steps}}), filter(v),
-                                            this->description().outputs, rest());
+    Problem<M> problem = problem_of(v, Horizon{v.timing.tick_s, {v.horizon.steps}});
+    problem.bounds = {};  // what stands in for a plan is there for states that no plan keeps within bounds
+    return std::make_unique<KalmanGuard<M>>(std::move(problem), filter(v), this->description().outputs, rest());
   }
 
  protected:
@@ -64,7 +65,7 @@ class ModelSystem : public System {
     return choices;
   }
   Problem<M> problem_of(const VariantConfig& v, Horizon horizon) const {
-    return {model(v), this->modes(v), std::move(horizon), make_cost<M>(v.cost)};
+    return {model(v), this->modes(v), std::move(horizon), make_cost<M>(v.cost), make_bounds<M>(v.limits)};
   }
 };
 

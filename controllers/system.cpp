@@ -43,9 +43,28 @@ void System::add(ModeSetRow row) {
   list_keys();
 }
 
+namespace {
+
+/// Of two limits the stricter one.
+ModeSet limited(const ModeSet& modes, const LimitSettings& limits) {
+  if (!limits.least_on_ms && !limits.least_off_ms && limits.most_changes == 0) return modes;
+  std::vector<Switch> switches(modes.switches().begin(), modes.switches().end());
+  for (Switch& s : switches) {
+    s.min_on_s = std::max(s.min_on_s, 1e-3 * limits.least_on_ms.value_or(0.0));
+    s.min_off_s = std::max(s.min_off_s, 1e-3 * limits.least_off_ms.value_or(0.0));
+    if (limits.most_changes == 0) continue;
+    s.max_changes = limits.most_changes;
+    s.window_s = 1e-3 * limits.window_ms.value_or(0.0);
+  }
+  return modes.with_switches(std::move(switches));
+}
+
+}  // namespace
+
 ModeSet System::modes(const VariantConfig& variant) const {
   const ModeSetRow* row = find_row(added_modes_, variant.modes);
-  return row ? row->make(variant) : own_modes(variant);
+  const ModeSet modes = row ? row->make(variant) : own_modes(variant);
+  return limited(modes, variant.limits);
 }
 
 Estimator System::estimator(const VariantConfig& variant) const {

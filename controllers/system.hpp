@@ -125,6 +125,18 @@ class System {
 /// The horizon of a variant in blocks of model steps.
 Horizon make_horizon(const VariantConfig& variant);
 
+/// A variant's bounds of states as a model's problem has them; its continuous inputs are not bounded.
+template <HybridModel Model>
+Bounds<Model> make_bounds(const LimitSettings& limits) {
+  Bounds<Model> bounds;
+  for (std::size_t i = 0; i < Model::state_size; ++i) {
+    bounds.state_lower[i] = limits.least[i].value_or(bounds.state_lower[i]);
+    bounds.state_upper[i] = limits.most[i].value_or(bounds.state_upper[i]);
+    bounds.state_penalty[i] = limits.penalty[i];
+  }
+  return bounds;
+}
+
 /// A variant's weights as a model's cost has them.
 template <HybridModel Model>
 Cost<Model> make_cost(const CostSettings& weights) {

@@ -1,6 +1,7 @@
 #include "controllers/variant.hpp"
 
 #include "controllers/systems.hpp"
+#include "controllers/variant_keys.hpp"
 #include "core/config/reader.hpp"
 
 #include <algorithm>
@@ -47,6 +48,31 @@ void check_modes(const TableReader& table, const VariantConfig& v, const std::ve
                          v.solver, fmt::join(allowed, ", ")));
 }
 
+/// Whether the limits make sense together and with the sampling.
+void check_limits(TableReader& table, const VariantConfig& v) {
+  const LimitSettings& limits = v.limits;
+  if (limits == LimitSettings()) return;
+  TableReader own = table.table("limits");
+  if ((limits.most_changes > 0) != limits.window_ms.has_value())
+    own.fail(limits.window_ms ? "most_changes" : "window_ms",
+             "missing beside the other one (allowed: both of most_changes, window_ms or neither)");
+  const std::vector<Signal>& states = system_of(v).description().states;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const std::string name = limited_state_key(states[i]);
+    if (limits.least[i] && limits.most[i] && !(*limits.least[i] < *limits.most[i]))
+      own.fail("most_" + name,
+               fmt::format("{:g} (allowed: above least_{} = {:g})", *limits.most[i], name, *limits.least[i]));
+    if (limits.penalty[i] > 0.0 && !limits.least[i] && !limits.most[i])
+      own.fail("penalty_" + states[i].name,
+               fmt::format("softens nothing (allowed: beside least_{0} or most_{0})", name));
+  }
+  try {
+    static_cast<void>(SwitchTiming(system_of(v).modes(v), v.timing.tick_s));
+  } catch (const std::invalid_argument& wrong) {
+    table.fail("limits", wrong.what());
+  }
+}
+
 /// Whatever chooses the modes: the keys of its groups and of the estimators, and what it refuses.
 template <class Row>
 void read_chooser(TableReader& table, const Row& row, VariantConfig& v) {
@@ -55,6 +81,7 @@ void read_chooser(TableReader& table, const Row& row, VariantConfig& v) {
   read_keys(table, groups, v);
   system_of(v).check(table, v);
   check_modes(table, v, row.modes);
+  if (std::ranges::count(groups, "limits") > 0) check_limits(table, v);
 }
 
 }  // namespace

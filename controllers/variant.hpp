@@ -43,6 +43,15 @@ struct CostSettings {
   bool operator==(const CostSettings&) const = default;
 };
 
+/// What plans keep to beside the mode set's own timing: of each switch, and of each state in the order of the system's.
+struct LimitSettings {
+  std::optional<double> least_on_ms, least_off_ms, window_ms;
+  std::array<std::optional<double>, max_states> least{}, most{};
+  std::array<double, max_states> penalty{};  ///< on the squared excess, which softens them; 0: hard
+  int most_changes = 0;                      ///< of a switch within the window; 0: any number
+  bool operator==(const LimitSettings&) const = default;
+};
+
 /// How much work a solver that relaxes and rounds puts into a plan.
 struct RoundingSettings {
   bool improve = true;  ///< mode swaps and motor re-optimised after rounding
@@ -65,6 +74,7 @@ struct VariantConfig {
   std::optional<double> deadline_ms;  ///< budget of one solve; none: to the end
   HorizonSettings horizon;
   CostSettings cost;
+  LimitSettings limits;
   RoundingSettings rounding;
   IntegralSettings integral;
   OwnSettings own;                                   ///< what the system alone knows

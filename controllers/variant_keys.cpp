@@ -59,6 +59,37 @@ void add_costs(const KeyGroup& all, const SystemDescription& system) {
   }
 }
 
+/// "1/m2", "1/(m/s)2".
+std::string per_square(const std::string& unit) {
+  return unit.find('/') == std::string::npos ? fmt::format("1/{}2", unit) : fmt::format("1/({})2", unit);
+}
+
+/// What plans keep to: of every switch alike, and of each state.
+void add_limits(const KeyGroup& all, const SystemDescription& system) {
+  const std::string& noun = system.switch_noun;
+  all.add("limits.least_on_ms", VariantKey::At<std::optional<double>>(AT(limits.least_on_ms)), {0.0, 1e5, true}, "ms",
+          fmt::format("a {} stays on at least so long", noun));
+  all.add("limits.least_off_ms", VariantKey::At<std::optional<double>>(AT(limits.least_off_ms)), {0.0, 1e5, true}, "ms",
+          fmt::format("and off", noun));
+  all.add("limits.most_changes", VariantKey::At<int>(AT(limits.most_changes)), Range::between(0, 64), "",
+          fmt::format("of each {} within limits.window_ms; 0: any number", noun));
+  all.add("limits.window_ms", VariantKey::At<std::optional<double>>(AT(limits.window_ms)), {0.0, 1e6, true}, "ms",
+          "any stretch of time as long as this");
+  for (std::size_t i = 0; i < system.states.size(); ++i) {
+    const Signal& state = system.states[i];
+    all.add("limits.least_" + limited_state_key(state),
+            VariantKey::At<std::optional<double>>([i](VariantConfig & v) -> auto& { return v.limits.least[i]; }), {},
+            state.unit, fmt::format("lower bound of the predicted {}", state.label));
+    all.add("limits.most_" + limited_state_key(state),
+            VariantKey::At<std::optional<double>>([i](VariantConfig & v) -> auto& { return v.limits.most[i]; }), {},
+            state.unit, fmt::format("upper bound of the predicted {}", state.label));
+    all.add("limits.penalty_" + state.name,
+            VariantKey::At<double>([i](VariantConfig& v) -> double& { return v.limits.penalty[i]; }),
+            Range::non_negative(), per_square(state.unit),
+            "of the squared excess over these bounds at each step, which softens them; 0: no plan leaves them");
+  }
+}
+
 void add_planning(const KeyGroup& all, const KeyGroup& rounding, const KeyGroup& relaxing,
                   const SystemDescription& system) {
   all.add("latency_ticks", VariantKey::At<int>(AT(latency_ticks)), Range::between(0, 1000), "ticks",
@@ -190,7 +221,14 @@ std::vector<VariantKey> common_keys(const SystemDescription& system, const std::
   choosers.insert(choosers.end(), laws.begin(), laws.end());
   add_choices({keys, ""}, system, choosers, mode_sets, estimators, parameter_sets);
   add_planning({keys, "planning"}, {keys, "rounding"}, {keys, "relaxing"}, system);
+  add_limits({keys, "limits"}, system);
   return keys;
+}
+
+std::string limited_state_key(const Signal& state) {
+  std::string key = state.unit.empty() ? state.name : state.name + "_" + unit_in_keys(state.unit);
+  std::ranges::replace(key, '/', '_');
+  return key;
 }
 
 const VariantKey* find_variant_key(const System& system, std::string_view path) {

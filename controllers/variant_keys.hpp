@@ -61,6 +61,9 @@ std::vector<VariantKey> common_keys(const SystemDescription& system, const std::
                                     const std::vector<std::string>& estimators,
                                     const std::vector<std::string>& parameter_sets);
 
+/// A state's name and unit, as limits.least_NAME and limits.most_NAME have them: "position_m".
+std::string limited_state_key(const Signal& state);
+
 /// Of a system's keys the one of this path; nullptr where there is none.
 const VariantKey* find_variant_key(const System& system, std::string_view path);
 /// The number that a variant has there which does not say; nothing for keys that are no numbers.

@@ -139,11 +139,13 @@ void rows(File& file, std::size_t width, Rows& all) {
 /// What a variant's problem looks like, to check records against.
 struct Shape {
   int modes = 0, switches = 0;
+  bool windowed = false;  // lines remember changes
   std::size_t blocks = 0, steps = 0, setpoints = 0, states = 0, outputs = 0, inputs = 0, load = 0;
 
   explicit Shape(const AnyProblem& p)
       : modes(p.modes.size()),
         switches(p.modes.switch_count()),
+        windowed(SwitchTiming(p.modes, p.horizon.dt_s).windowed != 0),
         blocks(p.horizon.blocks.size()),
         states(p.sizes().states),
         outputs(p.sizes().outputs),
@@ -192,7 +194,17 @@ void delay_lines(File& file, const Shape& shape, Lines& lines) {
     all[c].states = from_zigzag(states);
     file.count(all[c].age, DelayLines::max_age);
   }
-  if constexpr (File::reading) lines = DelayLines::restored(commanded, all);
+  std::vector<DelayLines::Change> changes;
+  if (shape.windowed) {
+    if constexpr (!File::reading)
+      for (std::size_t i = 0; i < lines.changes(); ++i) changes.push_back(lines.change(i));
+    file.list(changes, 2, [&](auto& change) {
+      file.count(change.c, static_cast<std::uint64_t>(shape.switches) - 1);
+      file.count(change.age, DelayLines::max_age);
+    });
+    file.require(changes.size() <= max_window_changes, "more changes than windows count (allowed: 64)");
+  }
+  if constexpr (File::reading) lines = DelayLines::restored(commanded, all, changes);
 }
 
 /// Weights in runs of blocks that share a row: the run's length, the row. Then what each switch owes.

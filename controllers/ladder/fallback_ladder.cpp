@@ -54,6 +54,7 @@ Decision FallbackLadder::step(const Measurement& measured) noexcept {
   const Rung rung = choose(d, verdict, time_s);
   command(rung, time_s, d);
   count(rung, slot_begins_);
+  count_infeasible(d, time_s);
   d.rung = rung;
   d.safe_causes = causes_;
   consider_rearm(measured);
@@ -201,6 +202,12 @@ void FallbackLadder::command(Rung rung, double time_s, Decision& d) noexcept {
   if (time_s - safe_since_s_ < settings_.lowering_s && finite(watched_) && !refused_ &&
       !causes_.has(Fault::command_refused))
     d.command.continuous = guard_->brake(watched_);
+}
+
+void FallbackLadder::count_infeasible(const Decision& d, double time_s) noexcept {
+  if (!d.solved || d.report.status != Status::infeasible || counts_.infeasible++ > 0) return;
+  counts_.first_infeasible_s = time_s;
+  counts_.first_broken = d.report.broken;
 }
 
 void FallbackLadder::count(Rung rung, bool slot_begins) noexcept {

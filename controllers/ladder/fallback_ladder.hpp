@@ -40,6 +40,9 @@ void require_complete(const LadderSettings& settings, const SystemDescription& s
 struct LadderCounts {
   std::array<std::int64_t, rungs> slots{};  ///< begun on each rung
   std::int64_t safe_entries = 0, rearms = 0, refused_rearms = 0;
+  std::int64_t infeasible = 0;      ///< problems for which no plan kept to the limits
+  double first_infeasible_s = 0.0;  ///< the first of them, and why
+  BrokenLimit first_broken{};
 };
 
 /// Stands around a controller: believes no implausible channel, replaces plans that do not come, and latches SAFE.
@@ -88,6 +91,7 @@ class FallbackLadder final : public Controller {
   Rung below_plans(double time_s, FaultSet failed) noexcept;
   void command(Rung rung, double time_s, Decision& d) noexcept;
   void count(Rung rung, bool slot_begins) noexcept;
+  void count_infeasible(const Decision& d, double time_s) noexcept;
 
   std::unique_ptr<Controller> controller_;
   std::unique_ptr<Guard> guard_;

@@ -108,6 +108,14 @@ int ModeSet::find(SwitchPattern pattern) const {
   return at != by_pattern_.end() && at->first == pattern ? at->second : -1;
 }
 
+ModeSet ModeSet::with_switches(std::vector<Switch> switches) const {
+  require(switches.size() == switches_.size(),
+          fmt::format("mode set '{}': {} switches in place of {}", name_, switches.size(), switches_.size()));
+  ModeSet timed = *this;
+  timed.switches_ = std::move(switches);
+  return timed;
+}
+
 ModeSet ModeSet::with_delays_scaled(double factor) const {
   ModeSet scaled = *this;
   for (Switch& s : scaled.switches_) {
@@ -123,10 +131,36 @@ SwitchTiming::SwitchTiming(const ModeSet& modes, double dt) : switches(modes.swi
     rise[c] = whole_steps(s, "rise_delay", s.rise_delay_s, dt, nearest);
     fall[c] = whole_steps(s, "fall_delay", s.fall_delay_s, dt, nearest);
     dwell[c] = whole_steps(s, "min_dwell", s.min_dwell_s, dt, at_least);
+    min_on[c] = whole_steps(s, "min_on", s.min_on_s, dt, at_least);
+    min_off[c] = whole_steps(s, "min_off", s.min_off_s, dt, at_least);
     longest_delay = std::max({longest_delay, rise[c], fall[c]});
   }
+  take_windows(modes, dt);
   groups = modes.one_at_a_time().size();
   std::ranges::copy(modes.one_at_a_time(), group.begin());
+}
+
+void SwitchTiming::take_windows(const ModeSet& modes, double dt) {
+  std::size_t counted = 0;
+  for (std::size_t c = 0; c < modes.switches().size(); ++c) {
+    const Switch& s = modes.switches()[c];
+    if (s.max_changes == 0) continue;
+    const double steps = std::ceil(s.window_s / dt - whole);
+    if (!(s.max_changes > 0 && steps >= 1 && steps < DelayLines::max_age))
+      require(false, fmt::format("switch '{}': {} changes in {} s, {} steps of {} s (allowed: 1 and more in 1 to {})",
+                                 s.name, s.max_changes, s.window_s, steps, dt, DelayLines::max_age - 1));
+    counted += static_cast<std::size_t>(s.max_changes);
+    max_changes[c] = s.max_changes;
+    window[c] = static_cast<int>(steps);
+    windowed |= SwitchPattern{1} << c;
+  }
+  if (counted > max_window_changes)
+    require(false, fmt::format("mode set '{}': windows of {} changes of all switches together (allowed: {})",
+                               modes.name(), counted, max_window_changes));
+}
+
+int SwitchTiming::longest_dwell() const {
+  return std::max({std::ranges::max(dwell), std::ranges::max(min_on), std::ranges::max(min_off)});
 }
 
 std::vector<std::string> rounded_times(const ModeSet& modes, double dt) {
@@ -142,15 +176,22 @@ std::vector<std::string> rounded_times(const ModeSet& modes, double dt) {
     note("rise_delay", s.rise_delay_s, timing.rise[c]);
     note("fall_delay", s.fall_delay_s, timing.fall[c]);
     note("min_dwell", s.min_dwell_s, timing.dwell[c]);
+    note("min_on", s.min_on_s, timing.min_on[c]);
+    note("min_off", s.min_off_s, timing.min_off[c]);
+    if (s.max_changes > 0) note("window", s.window_s, timing.window[c]);
   }
   return lines;
 }
 
-DelayLines DelayLines::restored(SwitchPattern commanded, std::span<const Line> lines) {
+DelayLines DelayLines::restored(SwitchPattern commanded, std::span<const Line> lines, std::span<const Change> changes) {
   DelayLines restored(commanded);
   for (std::size_t c = 0; c < lines.size() && c < max_switches; ++c) {
     restored.keep(c, lines[c].states, (commanded >> c) & 1u);
     restored.changed_at_[c] = -lines[c].age;
+  }
+  for (const Change& change : changes.first(std::min(changes.size(), max_window_changes))) {
+    restored.change_at_[restored.changes_] = -change.age;
+    restored.change_switch_[restored.changes_++] = static_cast<std::uint8_t>(change.c);
   }
   return restored;
 }
@@ -170,11 +211,68 @@ bool DelayLines::operator==(const DelayLines& other) const {
   if (commanded_ != other.commanded_ || moving_ != other.moving_) return false;
   for (std::size_t c = 0; c < max_switches; ++c)
     if (states(c) != other.states(c) || age(c) != other.age(c)) return false;
+  if (changes_ != other.changes_) return false;
+  for (std::size_t i = 0; i < changes_; ++i)
+    if (change(i).c != other.change(i).c || change(i).age != other.change(i).age) return false;
   return true;
+}
+
+int DelayLines::changes_within(std::size_t c, int window) const {
+  int count = 0;
+  for (std::size_t i = 0; i < changes_; ++i) count += change_switch_[i] == c && age_of(change_at_[i]) < window;
+  return count;
+}
+
+bool DelayLines::within_windows(SwitchPattern changed, const SwitchTiming& timing) const {
+  for (; changed != 0; changed &= changed - 1) {
+    const auto c = static_cast<std::size_t>(std::countr_zero(changed));
+    if (changes_within(c, timing.window[c]) >= timing.max_changes[c]) return false;
+  }
+  return true;
+}
+
+BrokenLimit DelayLines::broken_by(SwitchPattern pattern, const SwitchTiming& timing) const {
+  using Kind = BrokenLimit::Kind;
+  const SwitchPattern changed = pattern ^ commanded_;
+  for (int c = 0; c < timing.switches; ++c) {
+    const auto at = static_cast<std::size_t>(c);
+    const int least = timing.least(at, (commanded_ >> c) & 1u);
+    if (((changed >> c) & 1u) != 0 && age(at) < least)
+      return {Kind::dwell, 0, c, static_cast<double>(age(at)), static_cast<double>(least)};
+  }
+  for (int c = 0; c < timing.switches; ++c) {
+    const auto at = static_cast<std::size_t>(c);
+    const int changes = changes_within(at, timing.window[at]);
+    if (((changed & timing.windowed) >> c & 1u) != 0 && changes >= timing.max_changes[at])
+      return {Kind::window, 0, c, static_cast<double>(changes), static_cast<double>(timing.max_changes[at])};
+  }
+  for (std::size_t g = 0; g < timing.groups; ++g)
+    if (!one_at_a_time(changed, std::span(&timing.group[g], 1)))
+      return {Kind::one_at_a_time, 0, static_cast<int>(g), 2.0, 1.0};
+  return {};
+}
+
+/// What no window counts any more makes room first; where commands did not keep to the windows, the oldest.
+void DelayLines::remember_change(std::size_t c, const SwitchTiming& timing) {
+  std::uint32_t kept = 0;
+  for (std::uint32_t i = 0; i < changes_; ++i) {
+    if (age_of(change_at_[i]) >= timing.window[change_switch_[i]]) continue;
+    change_at_[kept] = change_at_[i];
+    change_switch_[kept++] = change_switch_[i];
+  }
+  if (kept == max_window_changes) {
+    std::shift_left(change_at_.begin(), change_at_.end(), 1);
+    std::shift_left(change_switch_.begin(), change_switch_.end(), 1);
+    --kept;
+  }
+  change_at_[kept] = now_;
+  change_switch_[kept] = static_cast<std::uint8_t>(c);
+  changes_ = kept + 1;
 }
 
 void DelayLines::forget_ages() {
   for (int& at : changed_at_) at = std::max(at - now_, -max_age);
+  for (int& at : change_at_) at = std::max(at - now_, -max_age);
   now_ = 0;
 }
 

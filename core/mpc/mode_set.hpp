@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/mpc/broken_limit.hpp"
 #include "core/mpc/scalar.hpp"
 
 #include <algorithm>
@@ -22,6 +23,8 @@ inline constexpr std::size_t max_switches = 32;
 inline constexpr std::size_t max_switched = 32;
 /// Longest delay or dwell of a switch, in model steps.
 inline constexpr int max_delay_steps = 62;
+/// Changes of all switches together whose moments are remembered for windows.
+inline constexpr std::size_t max_window_changes = 64;
 
 /// The switches from 0 on, `count` of them.
 constexpr SwitchPattern first_switches(std::size_t count) {
@@ -33,12 +36,16 @@ template <class Scalar>
 using SwitchStates = Vector<Scalar, max_switches>;
 
 /// A binary switch and its timing: a commanded rising (falling) edge takes effect rise_delay_s (fall_delay_s) later,
-/// and the command may change again only min_dwell_s after its last change.
+/// and the command may change again only min_dwell_s after its last change, off again only min_on_s after it went on and
+/// on again only min_off_s after it went off. Within any window_s its command changes at most max_changes times.
 struct Switch {
   std::string name;
   double rise_delay_s = 0.0;
   double fall_delay_s = 0.0;
   double min_dwell_s = 0.0;
+  double min_on_s = 0.0, min_off_s = 0.0;
+  int max_changes = 0;  ///< 0: as many as dwells allow
+  double window_s = 0.0;
 };
 
 /// An allowed pattern, by name.
@@ -116,6 +123,8 @@ class ModeSet {
   SwitchPattern lowering(std::size_t i) const { return lowering_[i]; }
   /// The mode that commands `pattern`, or -1.
   int find(SwitchPattern pattern) const;
+  /// The same modes with other switches' timing: one a switch. Throws as the constructor does.
+  ModeSet with_switches(std::vector<Switch> switches) const;
   /// The same modes with every delay multiplied by factor >= 0 (a plant whose switches are slower than believed).
   ModeSet with_delays_scaled(double factor) const;
 
@@ -159,14 +168,24 @@ constexpr bool one_at_a_time(SwitchPattern changed, std::span<const SwitchPatter
 /// so that one is never shorter than asked.
 struct SwitchTiming {
   SwitchTiming() = default;
-  /// Throws std::invalid_argument beyond max_delay_steps.
+  /// Throws std::invalid_argument beyond max_delay_steps, and for windows with more changes than max_window_changes.
   SwitchTiming(const ModeSet& modes, double dt);
+  /// How long switch c has to stay as it is, once it has been commanded on or off.
+  int least(std::size_t c, bool on) const { return std::max(dwell[c], on ? min_on[c] : min_off[c]); }
+  /// The longest of these times.
+  int longest_dwell() const;
   int switches = 0;
-  std::array<int, max_switches> rise{}, fall{}, dwell{};
+  std::array<int, max_switches> rise{}, fall{}, dwell{}, min_on{}, min_off{};
   int longest_delay = 0;
+  /// Of the switches `windowed` at most max_changes[c] commands may change within any window[c] steps.
+  std::array<int, max_switches> max_changes{}, window{};
+  SwitchPattern windowed = 0;
   /// Of each of the first `groups` masks at most one switch changes with one command.
   std::array<SwitchPattern, max_switches> group{};
   std::size_t groups = 0;
+
+ private:
+  void take_windows(const ModeSet& modes, double dt);
 };
 
 /// One line for each time of the mode set that is no whole number of steps: what was asked and what it became.
@@ -191,6 +210,7 @@ class DelayLines {
       const bool on = (pattern & one) != 0;
       keep(c, after_edge(states(c), on, on ? timing.rise[c] : timing.fall[c]), on);
       changed_at_[c] = now_;
+      if ((timing.windowed & one) != 0) remember_change(c, timing);
     }
     commanded_ = pattern;
   }
@@ -219,20 +239,25 @@ class DelayLines {
     now_ += steps < max_age ? steps : max_age;
     if (now_ >= max_age) forget_ages();
   }
-  /// Whether every switch that would change has dwelt long enough, and no other of its groups would change with it.
+  /// Whether every switch that would change has dwelt long enough and changed seldom enough, and no other of its groups
+  /// would change with it.
   bool may_command(SwitchPattern pattern, const SwitchTiming& timing) const {
     const SwitchPattern changed = pattern ^ commanded_;
     if (!one_at_a_time(changed, std::span(timing.group.data(), timing.groups))) return false;
     for (SwitchPattern left = changed; left != 0; left &= left - 1) {
       const auto c = static_cast<std::size_t>(std::countr_zero(left));
-      if (age(c) < timing.dwell[c]) return false;
+      if (age(c) < timing.least(c, (commanded_ >> c) & 1u)) return false;
     }
-    return true;
+    return (changed & timing.windowed) == 0 || within_windows(changed & timing.windowed, timing);
   }
+  /// Which of these a command of `pattern` would break first, its step left at 0.
+  BrokenLimit broken_by(SwitchPattern pattern, const SwitchTiming& timing) const;
   /// Steps from now after which no switch changes on its own any more.
   int settled_after() const;
   /// The pattern commanded last.
   SwitchPattern commanded() const { return commanded_; }
+  /// How often the command of switch c, which has a window, has changed in the last `window` steps.
+  int changes_within(std::size_t c, int window) const;
 
   /// One switch as it is kept: its line of effective states and the steps since its command last changed.
   struct Line {
@@ -241,8 +266,18 @@ class DelayLines {
   };
   /// The line of switch c, for a record.
   Line line(std::size_t c) const { return {states(c), age(c)}; }
-  /// The lines of a record: line(c) gives `lines`[c], every further switch is off and free to change.
-  static DelayLines restored(SwitchPattern commanded, std::span<const Line> lines);
+  /// A change that a window still counts: of which switch, how many steps ago.
+  struct Change {
+    std::size_t c = 0;
+    int age = 0;
+  };
+  /// How many of them are remembered, and the i-th, oldest first.
+  std::size_t changes() const { return changes_; }
+  Change change(std::size_t i) const { return {change_switch_[i], age_of(change_at_[i])}; }
+  /// The lines of a record: line(c) gives `lines`[c], every further switch is off and free to change; then what windows
+  /// count.
+  static DelayLines restored(SwitchPattern commanded, std::span<const Line> lines,
+                             std::span<const Change> changes = {});
   /// Beyond this an age says no more.
   static constexpr int max_age = 1 << 20;
 
@@ -252,7 +287,10 @@ class DelayLines {
   std::int64_t states(std::size_t c) const {
     return (moving_ >> c) & 1u ? line_[c] : -static_cast<std::int64_t>((commanded_ >> c) & 1u);
   }
-  int age(std::size_t c) const { return std::min(now_ - changed_at_[c], max_age); }
+  int age_of(int at) const { return std::min(now_ - at, max_age); }
+  int age(std::size_t c) const { return age_of(changed_at_[c]); }
+  bool within_windows(SwitchPattern changed, const SwitchTiming& timing) const;
+  void remember_change(std::size_t c, const SwitchTiming& timing);
   /// Keeps a line that ends `on`, if there is an edge on it.
   void keep(std::size_t c, std::int64_t states, bool on) {
     line_[c] = states;
@@ -266,6 +304,9 @@ class DelayLines {
   int now_ = 0;                                    // in [0, max_age)
   std::array<int, max_switches> changed_at_;       // of each command's last change, at least -max_age
   std::array<std::int64_t, max_switches> line_{};  // of those that move; the others are of no use
+  std::uint32_t changes_ = 0;                      // remembered for windows, oldest first
+  std::array<int, max_window_changes> change_at_{};
+  std::array<std::uint8_t, max_window_changes> change_switch_{};
 };
 
 }  // namespace solenoid

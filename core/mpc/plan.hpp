@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/mpc/broken_limit.hpp"
 #include "core/mpc/problem.hpp"
 
 #include <cstdint>
@@ -14,7 +15,7 @@ enum class Status : std::uint8_t {
   feasible,           ///< a local or rounded solution without a certificate; apply
   deadline_reached,   ///< stopped by the deadline with its best plan; apply, the bound says what may be missing
   iteration_limit,    ///< stopped by its iteration limit with its best plan; apply with care
-  infeasible,         ///< no sequence satisfies bounds and dwell; the plan holds the current mode: fall back
+  infeasible,         ///< no sequence found keeps to the limits; the plan holds the current mode: fall back
   numerical_failure,  ///< a non-finite number or a failed factorisation; the plan is not to be applied: fall back
 };
 
@@ -73,6 +74,7 @@ struct SolveReport {
   /// Steps asked for, as of SolveWork, by a solver that knows the most of them (AnySolver::most_work): one that stops a
   /// rollout early has asked for all of it.
   std::int64_t model_steps = 0, bound_steps = 0;
+  BrokenLimit broken{};  ///< of an infeasible problem: why holding the current mode is no plan
 
   /// What was done, as it compares with MostWork.
   SolveWork work() const { return {nodes, model_steps, bound_steps}; }

@@ -22,19 +22,25 @@ struct Cost {
   ContinuousOf<M> continuous{};  ///< on the squared continuous input of every step
 };
 
-/// Box bounds on the predicted states (hard: a sequence that violates one is infeasible) and the continuous input.
+/// Box bounds on the predicted states and the continuous input. A sequence that takes a state beyond its bounds is
+/// infeasible, unless the bounds are softened: then each step beyond costs penalty * excess^2.
 template <HybridModel M>
 struct Bounds {
   static constexpr double infinity = std::numeric_limits<double>::infinity();
   StateOf<M> state_lower = filled<M::state_size>(-infinity), state_upper = filled<M::state_size>(infinity);
+  StateOf<M> state_penalty{};  ///< [1/unit2], which softens; 0: hard
   ContinuousOf<M> continuous_lower = filled<M::continuous_size>(-infinity);
   ContinuousOf<M> continuous_upper = filled<M::continuous_size>(infinity);
 
-  /// Whether any state is bounded.
+  /// Whether any state has hard bounds.
   bool constrain_state() const {
     for (std::size_t i = 0; i < M::state_size; ++i)
-      if (state_lower[i] > -infinity || state_upper[i] < infinity) return true;
+      if (state_penalty[i] == 0.0 && (state_lower[i] > -infinity || state_upper[i] < infinity)) return true;
     return false;
+  }
+  /// Whether x is no value of state i: beyond hard bounds.
+  bool breaks(std::size_t i, double x) const {
+    return state_penalty[i] == 0.0 && (x < state_lower[i] || x > state_upper[i]);
   }
 
  private:
@@ -50,6 +56,7 @@ struct Bounds {
 ///
 ///     minimise   sum_{j=1..N} |r[j] - z[j]|^2_tracking + |r[N] - z[N]|^2_terminal + switching * (switch changes)
 ///                + consumption * sum_j rate(x[j], s[j]) dt + sum_j |u[j]|^2_continuous
+///                + sum_{j=1..N} |x[j] beyond its bounds|^2_penalty, of softened bounds
 ///     over       mode[b] in modes, u[b],  b < blocks
 ///     subject to x[j+1] = step(x[j], s[j], u[j], dt),  x[0] = initial,  s[j] = modes.point(switch states in effect),
 ///                the switch states following the commands through `lines` (edges in flight, delays, dwell), bounds

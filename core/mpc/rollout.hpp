@@ -54,10 +54,19 @@ Vector<Scalar, M::state_size> model_step(const M& model, const Vector<Scalar, M:
     return model.template step<Scalar>(x, s, u, dt);
 }
 
+/// How far x is below `lower` or above `upper`; 0 in between.
+template <class Scalar>
+Scalar beyond(const Scalar& x, double lower, double upper) {
+  const Scalar zero(0.0);
+  const Scalar low = select(x < Scalar(lower), Scalar(Scalar(lower) - x), zero);
+  return select(x > Scalar(upper), Scalar(x - Scalar(upper)), low);
+}
+
 /// Step j of the prediction, and the one definition of the running cost for every scalar and solver:
 ///
 ///     running   consumption * rate(x[j], s) dt,  then  weight[i] * planned[i]^2  for each continuous input
 ///     x[j+1] =  step(x[j], s, feedback(x[j], setpoint[j]) + planned, dt)
+///     running   penalty[i] * (what of x[j+1] is beyond its bounds)^2  for each state with softened bounds
 ///
 /// running(term) is called with each weighted term that is not 0 by its weight, in this order.
 template <HybridModel M, Dynamics dynamics, class Scalar, class Running>
@@ -77,6 +86,11 @@ inline void predict_step(const Problem<M>& problem, std::size_t j, const Vector<
     if (problem.cost.continuous[i] != 0.0)
       running(Scalar(Scalar(problem.cost.continuous[i]) * (planned[i] * planned[i])));
   state = model_step<M, dynamics, Scalar>(problem.model, state, switched, input, problem.horizon.dt_s);
+  for (std::size_t i = 0; i < M::state_size; ++i)
+    if (problem.bounds.state_penalty[i] != 0.0) {
+      const Scalar excess = beyond<Scalar>(state[i], problem.bounds.state_lower[i], problem.bounds.state_upper[i]);
+      running(Scalar(Scalar(problem.bounds.state_penalty[i]) * (excess * excess)));
+    }
 }
 
 /// One model step with its share of the cost added to `cost`: the running cost, then the tracking of x[j+1].
@@ -115,8 +129,7 @@ template <HybridModel M>
     const auto j = static_cast<std::size_t>(r.step + i);
     roll_step<M, double>(problem, j, switched, planned, state, cost);
     if (constrained)  // a state that is no number violates nothing: it shows in the cost, as a numerical failure
-      for (std::size_t k = 0; k < M::state_size; ++k)
-        feasible = feasible && !(state[k] < problem.bounds.state_lower[k] || state[k] > problem.bounds.state_upper[k]);
+      for (std::size_t k = 0; k < M::state_size; ++k) feasible = feasible && !problem.bounds.breaks(k, state[k]);
     if (!outputs.empty()) outputs[j] = problem.model.template output<double>(state);
   }
   r.state = state;
@@ -150,6 +163,29 @@ SolveReport evaluate(const Problem<M>& problem, Plan<M>& plan) noexcept {
                   : std::isfinite(report.cost) ? Status::feasible
                                                : Status::numerical_failure;
   return report;
+}
+
+/// The limit that a plan breaks first; of one command dwells, then windows, then groups, by number.
+template <HybridModel M>
+BrokenLimit first_broken_limit(const Problem<M>& problem, const Plan<M>& plan) noexcept {
+  using Kind = BrokenLimit::Kind;
+  const SwitchTiming timing(problem.modes, problem.horizon.dt_s);
+  Rollout<M> r(problem);
+  for (std::size_t b = 0; b < plan.modes.size(); ++b) {
+    BrokenLimit broken = r.lines.broken_by(problem.modes.pattern(plan.modes[b]), timing);
+    for (int i = 0; i < problem.horizon.blocks[b] && broken.kind == Kind::none; ++i) {
+      roll_block(problem, timing, plan.modes[b], 1, plan.continuous[b], r);
+      for (std::size_t k = 0; k < M::state_size && broken.kind == Kind::none; ++k) {
+        if (!problem.bounds.breaks(k, r.state[k])) continue;
+        const double low = problem.bounds.state_lower[k], high = problem.bounds.state_upper[k];
+        broken = {Kind::state, 0, static_cast<int>(k), r.state[k], r.state[k] < low ? low : high};
+        --r.step;
+      }
+    }
+    broken.step = r.step;
+    if (broken.kind != Kind::none) return broken;
+  }
+  return {};
 }
 
 }  // namespace solenoid

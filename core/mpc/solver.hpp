@@ -3,6 +3,7 @@
 #include "core/mpc/deadline.hpp"
 #include "core/mpc/phases.hpp"
 #include "core/mpc/plan.hpp"
+#include "core/mpc/rollout.hpp"
 
 #include <optional>
 
@@ -62,7 +63,10 @@ class Solver : public AnySolver {
   /// Throws std::bad_cast for a problem over another model.
   void do_prepare(const AnyProblem& problem) final { prepare(dynamic_cast<const Problem<M>&>(problem)); }
   SolveReport do_solve(const AnyProblem& problem, AnyPlan& plan, Deadline deadline) noexcept final {
-    return solve(static_cast<const Problem<M>&>(problem), static_cast<Plan<M>&>(plan), deadline);
+    const auto& own = static_cast<const Problem<M>&>(problem);
+    SolveReport report = solve(own, static_cast<Plan<M>&>(plan), deadline);
+    if (report.status == Status::infeasible) report.broken = first_broken_limit(own, static_cast<const Plan<M>&>(plan));
+    return report;
   }
   void do_anticipate(const AnyProblem& expected, const AnyPlan& warm_start) noexcept final {
     anticipate(static_cast<const Problem<M>&>(expected), static_cast<const Plan<M>&>(warm_start));

@@ -47,7 +47,15 @@ py::array_t<T> stacked(const std::vector<InstanceRecord>& records, const ShapeOf
   return filled<T>(shape, [&](std::size_t i) { return of(records[i / width], i % width); });
 }
 
+/// Arrays have no room for the moments of changes that windows count.
+void require_no_windows(const VariantInstances& v) {
+  if (v.config.limits.most_changes > 0)
+    throw ConfigError(fmt::format("variant '{}': instances with limits.most_changes are not arrays (allowed: without)",
+                                  v.name));
+}
+
 py::dict arrays_of(const InstanceSet& set, const VariantInstances& v) {
+  require_no_windows(v);
   const Layout at(v.config);
   const Size blocks = whole(at.blocks.size()), switches = whole(at.switches.size()), modes = whole(at.modes.size()),
              steps = whole(at.steps), setpoints = whole(at.setpoints), states = whole(at.sizes.states),
@@ -217,6 +225,7 @@ bool is_window(const InstanceRecord& r, const RecordedMotion& motion) {
 
 std::vector<InstanceRecord> records_of(const py::dict& from, const std::vector<RecordedMotion>& motions,
                                        const VariantInstances& v, bool windows) {
+  require_no_windows(v);
   const Layout at(v.config);
   const py::array states_array = py::module_::import("numpy").attr("asarray")(from["states"]);
   const std::size_t n = states_array.ndim() > 0 ? static_cast<std::size_t>(states_array.shape(0)) : 0;

@@ -3,6 +3,7 @@
 #include "core/metrics/percentile_sketch.hpp"
 #include "core/rt/allocation_guard.hpp"
 #include "core/rt/clock.hpp"
+#include "core/safety/broken_limit_text.hpp"
 #include "experiments/campaign/simulated_system.hpp"
 #include "experiments/rig/background.hpp"
 #include "experiments/rig/log/run_log.hpp"
@@ -220,12 +221,17 @@ void begin_off_the_start(Plant& plant, const SystemDescription& system, Fallback
 }
 
 /// What the threads, the ladder and the limits counted.
-void take_counts(Shared& shared, const FallbackLadder& ladder, const CommandLimits& limits, SessionResult& result) {
+void take_counts(Shared& shared, const FallbackLadder& ladder, const CommandLimits& limits,
+                 const VariantConfig& variant, SessionResult& result) {
   result.loop = shared.loop;
   result.causes = shared.causes;
   result.ended_s = shared.last_s;
   result.allocations_in_tick = shared.allocations;
   result.ladder = ladder.counts();
+  if (const LadderCounts& counts = result.ladder; counts.infeasible > 0)
+    result.infeasible = fmt::format("at {:.3f} s {}", counts.first_infeasible_s,
+                                    broken_limit_text(counts.first_broken, system_of(variant).description(),
+                                                      system_of(variant).modes(variant), variant.timing.tick_s));
   result.refused_commands = limits.refused();
   result.slowed_commands = limits.slowed();
   std::ranges::move(shared.setup, std::back_inserter(result.setup));
@@ -282,7 +288,7 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
   if (shared.abandoned.load()) leave(settings, log);
   thread.join();
 
-  take_counts(shared, *ladder, limits, result);
+  take_counts(shared, *ladder, limits, variant, result);
   result.log_path = log.path();
   result.log_problem = log.close(log_summary(result, system));
   result.timing = statistics.timing();

@@ -53,8 +53,9 @@ struct SessionResult {
   LadderCounts ladder;
   std::optional<IoHealth> io;  ///< of a plant behind wires
   std::int64_t refused_commands = 0, slowed_commands = 0, allocations_in_tick = 0;
-  FaultSet causes;       ///< of the SAFE the run ended in; `stopped` alone is a clean end
-  double ended_s = 0.0;  ///< time of the last tick
+  FaultSet causes;         ///< of the SAFE the run ended in; `stopped` alone is a clean end
+  double ended_s = 0.0;    ///< time of the last tick
+  std::string infeasible;  ///< of ladder.infeasible problems the first, in words
   std::string log_path, log_problem;
   std::vector<SetupStep> setup;
   bool interrupted = false;

@@ -79,6 +79,9 @@ std::string session_text(const RunRecord& record, const SessionResult& r) {
   text += fmt::format("ticks       {} done, {} skipped, {} ended late; {} allocations\n", r.loop.ticks, r.loop.skipped,
                       r.loop.late, r.allocations_in_tick);
   text += fmt::format("slots       {}\n", ladder_line(r.ladder, system));
+  if (r.ladder.infeasible > 0)
+    text += fmt::format("infeasible  {} problems had no plan within the limits, the first {}\n", r.ladder.infeasible,
+                        r.infeasible);
   text += fmt::format("commands    {} refused, {} slowed by rates\n", r.refused_commands, r.slowed_commands);
   if (r.io) text += fmt::format("I/O         {}\n", r.io->text());
   text += fmt::format("log         {}{}\n\n", r.log_path, r.log_problem.empty() ? "" : " INCOMPLETE: " + r.log_problem);
@@ -119,6 +122,7 @@ Json session_json(const RunRecord& record, const SessionResult& r) {
                   {"ended_s", r.ended_s}};
   for (int i = 0; i < rungs; ++i)
     json["ladder"][to_string(static_cast<Rung>(i), system)] = r.ladder.slots[static_cast<std::size_t>(i)];
+  if (r.ladder.infeasible > 0) json["infeasible"] = {{"problems", r.ladder.infeasible}, {"first", r.infeasible}};
   json["ladder"]["safe_entries"] = r.ladder.safe_entries;
   json["ladder"]["rearms"] = r.ladder.rearms;
   if (r.io)

@@ -83,7 +83,7 @@ void PulseWidth::choose(std::size_t c, std::size_t k, DelayLines::Line line, boo
     for (int i = 0; i < ahead && sum < best; ++i, ++trial.age) {
       const bool now = i < steps ? (schedule >> i) & 1u : last;
       if (now != last) {
-        sum += trial.age < timing_.dwell[c] ? std::numeric_limits<double>::infinity() : edge_price;
+        sum += trial.age < timing_.least(c, last) ? std::numeric_limits<double>::infinity() : edge_price;
         trial = {DelayLines::after_edge(trial.states, now, now ? timing_.rise[c] : timing_.fall[c]), 0};
         last = now;
       }

@@ -81,6 +81,7 @@ class RelaxAndRound final : public Solver<M> {
     if (settings_.keep_start) adopt_starts(problem, plan);
     relax(problem, plan, deadline.share(settings_.relaxing_share));
     if (round(problem, deadline)) take_if_better(problem, rounded_, &trace_.rounded_cost);
+    if (settings_.keep_start && !std::isfinite(report_.cost)) look_for_any(problem, deadline);
     if (settings_.improve && std::isfinite(report_.cost)) improve(problem, deadline);
     if (std::isfinite(report_.cost)) {
       copy(best_, plan);
@@ -120,6 +121,18 @@ class RelaxAndRound final : public Solver<M> {
     take_if_better(problem, rounded_, nullptr);
   }
 
+  /// Neither the starts nor the rounding keep to the limits, which the relaxation knows nothing of: each mode held, and
+  /// each mode for a block and then every other, until the first that does.
+  void look_for_any(const Problem<M>& problem, Deadline deadline) noexcept {
+    const int modes = problem.modes.size();
+    for (int then = -1; then < modes; ++then)
+      for (int first = 0; first < modes && !std::isfinite(report_.cost) && !deadline.passed(); ++first) {
+        std::ranges::fill(rounded_.modes, then < 0 ? first : then);
+        rounded_.modes.front() = first;
+        take_if_better(problem, rounded_, nullptr);
+      }
+  }
+
   void take_if_better(const Problem<M>& problem, Plan<M>& candidate, double* cost) noexcept {
     const SolveReport judged = evaluate(problem, candidate);
     if (judged.status == Status::numerical_failure && !std::isfinite(report_.cost)) report_.status = judged.status;
@@ -148,20 +161,19 @@ class RelaxAndRound final : public Solver<M> {
     keep_relaxation(problem, grid_, relaxed_plan_, rounded_);
     std::ranges::copy(rounded_.relaxation.weights, weights_.weight.begin());
     if (!usable(trace_.relaxation) || !normalise(weights_)) return false;
-    limits_.in_force = problem.lines.commanded();
+    begin_after(timing_, problem.lines, limits_);
     const SumUpReport sum_up = limits_.one_at_a_time.empty()
                                    ? sum_up_rounding(weights_, rounded_.modes, owed_)
                                    : sum_up_rounding(weights_, limits_, rounded_.modes, owed_);
     trace_.rounding = sum_up.status;
     trace_.gap = sum_up.gap;
     trace_.gap_bound = sum_up.guarantee;
-    if (settings_.method == RoundingMethod::integral_approximation) approximate(problem, deadline);
+    if (settings_.method == RoundingMethod::integral_approximation) approximate(deadline);
     trace_.rounding_us = us_since(start);
     return usable(trace_.rounding);
   }
 
-  void approximate(const Problem<M>& problem, Deadline deadline) noexcept {
-    for (std::size_t c = 0; c < limits_.switches.size(); ++c) limits_.switches[c].age = problem.lines.line(c).age;
+  void approximate(Deadline deadline) noexcept {
     const ApproximationReport found = approximation_.solve(weights_, limits_, rounded_.modes, deadline);
     report_.nodes += found.nodes;
     trace_.rounding = std::isfinite(found.cost) ? found.status : Status::infeasible;

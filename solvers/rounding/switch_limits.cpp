@@ -1,7 +1,7 @@
 #include "solvers/rounding/switch_limits.hpp"
 
+#include <algorithm>
 #include <array>
-#include <bit>
 
 namespace solenoid {
 
@@ -22,13 +22,21 @@ SwitchLimits one_hot_limits(int modes) {
 SwitchLimits mode_set_limits(const ModeSet& modes, const SwitchTiming& timing, const DelayLines& lines) {
   SwitchLimits limits;
   for (const Mode& mode : modes.modes()) limits.patterns.push_back(mode.pattern);
-  for (std::size_t c = 0; c < modes.switches().size(); ++c) {
-    const double dwell = timing.dwell[c];
-    limits.switches.push_back({dwell, dwell, SwitchLimits::unlimited, static_cast<double>(lines.line(c).age)});
-  }
+  for (std::size_t c = 0; c < modes.switches().size(); ++c)
+    limits.switches.push_back(
+        {static_cast<double>(timing.least(c, true)), static_cast<double>(timing.least(c, false))});
   limits.one_at_a_time.assign(modes.one_at_a_time().begin(), modes.one_at_a_time().end());
-  limits.in_force = lines.commanded();
+  begin_after(timing, lines, limits);
   return limits;
+}
+
+void begin_after(const SwitchTiming& timing, const DelayLines& lines, SwitchLimits& limits) noexcept {
+  for (std::size_t c = 0; c < limits.switches.size(); ++c) {
+    limits.switches[c].age = lines.line(c).age;
+    if ((timing.windowed >> c) & 1u)
+      limits.switches[c].max_changes = std::max(0, timing.max_changes[c] - lines.changes_within(c, timing.window[c]));
+  }
+  limits.in_force = lines.commanded();
 }
 
 LimitedWalk walk_limits(const SwitchLimits& limits, std::span<const double> dt, std::span<const int> modes) noexcept {

@@ -36,6 +36,9 @@ SwitchLimits one_hot_limits(int modes);
 
 /// The patterns of a mode set with its dwell times and groups, in model steps, after the commands in `lines`.
 SwitchLimits mode_set_limits(const ModeSet& modes, const SwitchTiming& timing, const DelayLines& lines);
+/// Of limits that come from there, lets the grid begin after the commands in `lines`. What windows have left of their
+/// changes is all that the grid gets: a grid longer than a window could have more.
+void begin_after(const SwitchTiming& timing, const DelayLines& lines, SwitchLimits& limits) noexcept;
 
 /// Whether `age` is a dwell of `least`, in spite of rounding.
 inline bool has_dwelt(double age, double least) noexcept { return age >= least * (1.0 - 1e-9); }

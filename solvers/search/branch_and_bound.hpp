@@ -2,6 +2,7 @@
 
 #include "core/mpc/phases.hpp"
 #include "core/mpc/solver.hpp"
+#include "solvers/search/leaf_modes.hpp"
 #include "solvers/search/node_bounds.hpp"
 #include "solvers/search/switch_changes.hpp"
 #include "solvers/search/tree_work.hpp"
@@ -58,6 +59,7 @@ class BranchAndBound final : public Solver<M> {
     first_step_.resize(blocks);
     std::exclusive_scan(problem.horizon.blocks.begin(), problem.horizon.blocks.end(), first_step_.begin(), 0);
     changes_.prepare(problem.modes);
+    leaf_modes_.prepare(problem.modes, timing_);
     prepare_settled(problem);
   }
 
@@ -125,8 +127,9 @@ class BranchAndBound final : public Solver<M> {
   void prepare_settled(const Problem<M>& problem) {
     settled_lines_.clear();
     for (int mode = 0; mode < problem.modes.size(); ++mode) settled_lines_.emplace_back(problem.modes.pattern(mode));
-    const int over = std::max(timing_.longest_delay, std::ranges::max(timing_.dwell));
-    for (std::size_t b = 1; b < levels_.size(); ++b) levels_[b].settled = problem.horizon.blocks[b - 1] >= over;
+    const int over = std::max(timing_.longest_delay, timing_.longest_dwell());
+    for (std::size_t b = 1; b < levels_.size(); ++b)
+      levels_[b].settled = timing_.windowed == 0 && problem.horizon.blocks[b - 1] >= over;
   }
 
   void begin(const Problem<M>& problem, const Plan<M>& plan) noexcept {
@@ -243,8 +246,10 @@ class BranchAndBound final : public Solver<M> {
     if (!leaf) levels_[b + 1].next = levels_[b + 1].count = 0;
     const int flight = follow_lines(problem, b);
     start_lanes(flight);
+    const bool without_twins = leaf && levels_[b].settled && prunes();
     const auto add_child = [&](int g, int mode) {
       const Parent& parent = parents_[static_cast<std::size_t>(g)];
+      if (without_twins && leaf_modes_.dominated(parent.before, mode)) return;
       const int changes = changes_.between(parent.before, mode);
       if (changes > parent.changes || !parent.lines->may_command(problem.modes.pattern(mode), timing_)) return;
       if (lanes_.count == max_lanes) finish_lanes(problem, b, leaf), start_lanes(flight);
@@ -438,6 +443,7 @@ class BranchAndBound final : public Solver<M> {
   std::array<DelayLines, max_lanes> lines_;  // of parents where commands are in flight
   std::vector<DelayLines> settled_lines_;    // of a mode
   SwitchChanges changes_;
+  LeafModes leaf_modes_;
   std::vector<Node> incumbents_;  // under way
   std::vector<Level> levels_;
   std::vector<ContinuousOf<M>> planned_;

@@ -34,9 +34,10 @@ namespace kernel_detail {
 
 template <HybridModel M, class Batch>
 Batch outside_bounds(const Bounds<M>& bounds, const Rows<Batch, M::state_size>& x) {
-  auto bad = x[0] < Batch(bounds.state_lower[0]);
+  auto bad = x[0] < Batch(-Bounds<M>::infinity);  // never
   for (std::size_t i = 0; i < M::state_size; ++i)
-    bad = bad | (x[i] < Batch(bounds.state_lower[i])) | (x[i] > Batch(bounds.state_upper[i]));
+    if (bounds.state_penalty[i] == 0.0)
+      bad = bad | (x[i] < Batch(bounds.state_lower[i])) | (x[i] > Batch(bounds.state_upper[i]));
   return xsimd::select(bad, Batch(Bounds<M>::infinity), Batch(0.0));
 }
 

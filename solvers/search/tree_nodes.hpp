@@ -41,7 +41,7 @@ struct TreeLevel {
   std::vector<TreeNode<M>> nodes;
   std::vector<Rank> order;
   std::vector<DelayLines> lines;  ///< commands in flight before the nodes' last block, one a parent; if still in flight
-  bool settled = false;           ///< whether earlier commands are over as this block begins, and no switch is held
+  bool settled = false;  ///< whether earlier commands are over as this block begins, and nothing holds a switch
   int next = 0, count = 0;
 
   /// The i-th best.

@@ -1,6 +1,7 @@
 #include "core/mpc/mode_set.hpp"
 
 #include "core/systems/actuator/valves.hpp"
+#include "tests/support/naive_line.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -13,38 +14,6 @@
 
 namespace solenoid {
 namespace {
-
-/// What a delay line means, edge by edge: a command schedules its edges, and drops those scheduled at or after them.
-class NaiveLine {
- public:
-  explicit NaiveLine(bool on) : now_(on), commanded_(on) {}
-  void command(bool on, int rise, int fall) {
-    if (on == commanded_) return;
-    commanded_ = on;
-    changed_at_ = time_;
-    const int due = time_ + (on ? rise : fall);
-    std::erase_if(edges_, [&](const auto& edge) { return edge.first >= due; });
-    edges_.push_back({due, on});
-    apply();
-  }
-  void advance() { ++time_, apply(); }
-  bool effective(int ahead) const {
-    bool state = now_;
-    for (const auto& [due, on] : edges_)
-      if (due <= time_ + ahead) state = on;
-    return state;
-  }
-  bool free(int dwell) const { return time_ - changed_at_ >= dwell; }
-  bool commanded() const { return commanded_; }
-
- private:
-  void apply() {
-    while (!edges_.empty() && edges_.front().first <= time_) now_ = edges_.front().second, edges_.erase(edges_.begin());
-  }
-  int time_ = 0, changed_at_ = -1'000'000;
-  bool now_, commanded_;
-  std::vector<std::pair<int, bool>> edges_;
-};
 
 class RandomLines : public testing::TestWithParam<int> {};
 
@@ -63,7 +32,7 @@ TEST_P(RandomLines, AgreeWithAListOfScheduledEdges) {
   for (std::size_t g = 0; g < timing.groups; ++g) timing.group[g] = any_pattern();
   const SwitchPattern start = any_pattern();
   DelayLines lines(start);
-  std::vector<NaiveLine> naive;
+  std::vector<test::NaiveLine> naive;
   naive.reserve(static_cast<std::size_t>(n));
   for (int c = 0; c < n; ++c) naive.emplace_back((start >> c) & 1u);
   const auto effective = [&](int ahead) {
@@ -98,7 +67,7 @@ TEST_P(RandomLines, AgreeWithAListOfScheduledEdges) {
     DelayLines one_by_one = lines;
     for (int i = 0; i < steps; ++i) {
       one_by_one.advance(1);
-      for (NaiveLine& line : naive) line.advance();
+      for (test::NaiveLine& line : naive) line.advance();
     }
     const SwitchPattern then = lines.effective(steps);
     lines.advance(steps);

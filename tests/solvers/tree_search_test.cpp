@@ -265,5 +265,57 @@ TYPED_TEST(TreeSearch, RespectsDwellFromTheLastCommandOn) {
   EXPECT_EQ(this->solve(problem).plan.modes, (std::vector<int>{0, 0, 0, 1}));
 }
 
+/// Three equal thrusters a way: 64 patterns, many of which push alike. A last block without the twins that change more is
+/// still the enumeration's, mode for mode.
+TEST(LeafModes, TwinsAreLeftOutOfLastBlocksAndTheOptimumStays) {
+  std::mt19937_64 random(21);
+  const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+  std::int64_t with = 0, without = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    std::vector<Switch> switches(6);
+    for (std::size_t c = 0; c < 6; ++c) {
+      switches[c].name = std::to_string(c);
+      switches[c].rise_delay_s = trial % 2 ? 0.2 : 0.1 * static_cast<double>(random() % 3);
+      switches[c].fall_delay_s = trial % 2 ? 0.1 : 0.1 * static_cast<double>(random() % 3);
+    }
+    std::vector<Mode> modes;
+    for (SwitchPattern p = 0; p < 64; ++p) modes.push_back({std::to_string(p), p});
+    const double third = 1.0 / 3;
+    const ModeSet set("equal", switches, modes, {0.0}, {{third}, {third}, {third}, {-third}, {-third}, {-third}});
+    Cost<DoubleIntegrator> cost{.tracking = {1.0, 0.1}, .terminal = {2.0, 1.0}};
+    cost.switching = trial % 3 ? uniform(0, 0.05) : 0.0;
+    Double problem(DoubleIntegrator{}, set, {0.1, {2, 3 + trial % 3}}, cost);
+    problem.initial = {uniform(-1, 1), uniform(-1, 1)};
+    problem.lines = DelayLines(static_cast<SwitchPattern>(random() % 64));
+    for (auto& r : problem.reference) r = {uniform(-1, 1), 0.0};
+    Exhaustive<DoubleIntegrator> all;
+    BranchAndBound<DoubleIntegrator> search;
+    all.prepare(problem);
+    search.prepare(problem);
+    Plan<DoubleIntegrator> a(problem), b(problem);
+    const SolveReport full = all.solve(problem, a, Deadline::never());
+    const SolveReport fast = search.solve(problem, b, Deadline::never());
+    ASSERT_EQ(fast.status, Status::optimal);
+    ASSERT_EQ(fast.cost, full.cost) << trial;
+    ASSERT_EQ(fast.switches, full.switches) << trial;
+    ASSERT_EQ(b.modes, a.modes) << trial;
+    LeafModes twins;
+    twins.prepare(set, SwitchTiming(set, 0.1));
+    for (std::size_t row = 0; row < 64; ++row)
+      for (int mode = 0; mode < 64; ++mode) {
+        ++without;
+        with += !twins.dominated(row, mode);
+        if (mode == static_cast<int>(row)) {
+          EXPECT_FALSE(twins.dominated(row, mode)) << "nothing switches alike with fewer changes than none";
+        }
+      }
+  }
+  EXPECT_LT(2 * with, without);
+  LeafModes none;
+  const ModeSet three = bang_coast_bang(0.1, 0.2, 0.0);
+  none.prepare(three, SwitchTiming(three, 0.1));
+  for (int mode = 0; mode < 3; ++mode) EXPECT_FALSE(none.dominated(1, mode));
+}
+
 }  // namespace
 }  // namespace solenoid

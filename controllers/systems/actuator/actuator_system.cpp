@@ -81,7 +81,7 @@ Problem<Model> actuator_problem_of(const VariantConfig& v) {
   // the law's whole force round.
   const double most =
       actuator(v).motor == "joint" ? (HasFeedback<Model> ? 2.0 : 1.0) * model.parameters().motor_force_limit_n() : 0.0;
-  Bounds<Model> bounds;
+  Bounds<Model> bounds = make_bounds<Model>(v.limits);
   bounds.continuous_lower = {-most};
   bounds.continuous_upper = {most};
   return {model, system_of(v).modes(v), make_horizon(v), make_cost<Model>(v.cost), bounds};
