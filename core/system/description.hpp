@@ -48,6 +48,7 @@ struct MetricColumn {
   bool detail = true;      ///< a column of each scenario's table, if it has a heading
   bool best_least = true;  ///< the least of a column is marked there
   std::string meaning{};   ///< in words, where the heading is none: "steady state: mean |error|"
+  bool harmonic = false;   ///< runs are pooled by the harmonic mean: a time between events
 };
 
 /// How many rungs a degradation ladder has.

@@ -107,7 +107,9 @@ Json list_parameters(const std::string& only) {
   return list;
 }
 
+/// Of a bank of valves the first few states say how the others are called.
 Json list_modes(const std::string& only) {
+  constexpr int most_listed = 30, first_listed = 5;
   Json list = Json::array();
   for (const System* system : chosen_systems(only))
     for (const std::string& name : system->mode_sets()) {
@@ -116,7 +118,9 @@ Json list_modes(const std::string& only) {
       const ModeSet modes = system->modes(variant);
       std::vector<std::string> switches, states;
       for (const Switch& each : modes.switches()) switches.push_back(each.name);
-      for (const Mode& mode : modes.modes()) states.push_back(mode.name);
+      for (const Mode& mode : modes.modes())
+        if (modes.size() <= most_listed || static_cast<int>(states.size()) < first_listed) states.push_back(mode.name);
+      if (modes.size() > most_listed) states.push_back(fmt::format("{} more", modes.size() - first_listed));
       list.push_back({{"system", system->name()},
                       {"name", name},
                       {"modes", modes.size()},

@@ -19,16 +19,19 @@ StudyFigure figure_named(const SystemDescription& system, const std::string& nam
 }
 
 double pooled(const StudyFigure& figure, std::span<const Metrics* const> runs) {
+  using Pool = StudyFigure::Pool;
   if (runs.empty()) return nan;
   double sum = 0.0, largest = -std::numeric_limits<double>::infinity();
   for (const Metrics* m : runs) {
     const double value = m->number(figure.metric);
-    sum += figure.pool == StudyFigure::Pool::geometric_mean ? std::log(std::max(value, 1e-12)) : value;
+    sum += figure.pool == Pool::geometric_mean  ? std::log(std::max(value, 1e-12))
+           : figure.pool == Pool::harmonic_mean ? 1.0 / value
+                                                : value;
     largest = std::max(largest, value);
   }
-  if (figure.pool == StudyFigure::Pool::largest) return largest;
+  if (figure.pool == Pool::largest) return largest;
   const double mean = sum / static_cast<double>(runs.size());
-  return figure.pool == StudyFigure::Pool::geometric_mean ? std::exp(mean) : mean;
+  return figure.pool == Pool::geometric_mean ? std::exp(mean) : figure.pool == Pool::harmonic_mean ? 1.0 / mean : mean;
 }
 
 StudyPoint point_of(const StudyTable& table, const Study::Member& member, std::optional<double> value,
@@ -123,8 +126,10 @@ std::vector<StudyFigure> study_figures(const SystemDescription& system) {
   for (const MetricColumn& metric : system.metrics) {
     const std::string label = metric_heading(metric).with_unit();
     const bool judged = metric.key == system.judged.metric;
-    all.push_back(
-        {metric.key, label, metric.key, judged ? StudyFigure::Pool::geometric_mean : StudyFigure::Pool::mean});
+    all.push_back({metric.key, label, metric.key,
+                   judged            ? StudyFigure::Pool::geometric_mean
+                   : metric.harmonic ? StudyFigure::Pool::harmonic_mean
+                                     : StudyFigure::Pool::mean});
     all.push_back({"worst_" + metric.key, "worst " + label, metric.key, StudyFigure::Pool::largest});
   }
   return all;

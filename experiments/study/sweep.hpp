@@ -14,14 +14,14 @@ struct Result;
 
 /// A figure of a group of runs, the unstable ones left out.
 struct StudyFigure {
-  enum class Pool { mean, geometric_mean, largest };
+  enum class Pool { mean, geometric_mean, harmonic_mean, largest };
   std::string name;
   std::string label;   ///< of a plot's axis
   std::string metric;  ///< in a run
   Pool pool;
 };
-/// Of each metric of a system its mean under its own name, of the judged one the geometric mean, and as worst_NAME the
-/// largest.
+/// Of each metric of a system its mean under its own name, of the judged one the geometric mean, of a time between events
+/// the harmonic one, and as worst_NAME the largest.
 std::vector<StudyFigure> study_figures(const SystemDescription& system);
 
 /// One number of the variants, varied with everything else equal.

@@ -4,6 +4,7 @@
 #include "core/systems/actuator/signals.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 
@@ -76,6 +77,7 @@ Metrics evaluate_actuator_run(std::span<const TickRecord> ticks, const Motion& m
   ErrorSums truth, measured;
   double motor_squares = 0, itae = 0;
   int switches = 0;
+  std::array<int, max_switches> changes{};
   SwitchPattern coils = 0;
   Butterworth2 filter(50.0, 1.0 / tick_s);
   filter.reset(ticks.front().sensors.value[position_channel]);
@@ -90,6 +92,8 @@ Metrics evaluate_actuator_run(std::span<const TickRecord> ticks, const Motion& m
                std::isfinite(t.sensors.truth[pressure_b]);
     itae += t.sensors.time_s * std::abs(error) * tick_s;
     switches += std::popcount(t.applied.switches ^ coils);
+    for (SwitchPattern left = t.applied.switches ^ coils; left != 0; left &= left - 1)
+      ++changes[static_cast<std::size_t>(std::countr_zero(left))];
     coils = t.applied.switches;
     motor_squares += motor_force_n(t.applied) * motor_force_n(t.applied);
   }
@@ -102,6 +106,7 @@ Metrics evaluate_actuator_run(std::span<const TickRecord> ticks, const Motion& m
   m["motor_rms_n"] = std::sqrt(motor_squares / n);
   m["coil_switches"] = switches;
   m["switches_per_s"] = switches / (n * tick_s);
+  m["busiest_coil_per_s"] = std::ranges::max(changes) / (n * tick_s);
   m["air_g"] = 1e3 * air_kg.total;
   m["air_nl"] = m["air_g"] / normal_density_g_per_l;
   if (motion.steady_from_s()) steady_part(ticks, *motion.steady_from_s(), tick_s, air_kg.steady, m);

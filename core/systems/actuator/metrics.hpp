@@ -19,6 +19,8 @@ namespace solenoid {
 /// itae                                integral of t |error| [mm s2]
 /// overshoot_percent                   beyond the steady position, relative to the way to it
 /// coil_switches, switches_per_s       coil changes
+/// busiest_coil_per_s                  changes of the coil that changes most
+/// life_years, valves_usd              0 here: whoever knows the valves adds them
 /// steady_switches_per_s               steady part: what holding still costs
 /// air_g, air_nl                       supply air; normal litres at 0 C and 101 325 Pa (DIN 1343)
 /// steady_air_g_per_s                  steady part; 0 where the supply air at its beginning is not known

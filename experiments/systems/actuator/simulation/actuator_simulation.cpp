@@ -6,6 +6,7 @@
 #include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
 #include "experiments/systems/actuator/simulation/model_plant.hpp"
 #include "experiments/systems/actuator/simulation/thesis_cell.hpp"
+#include "experiments/systems/actuator/simulation/valve_parts.hpp"
 #include "experiments/systems/actuator/twin/twin_plant.hpp"
 #include "experiments/systems/actuator/twin/twin_sensing.hpp"
 
@@ -122,7 +123,11 @@ class ActuatorSimulation final : public SimulatedSystem {
 
   Metrics evaluate(const VariantConfig& v, const ScenarioConfig& s, std::span<const TickRecord> ticks,
                    const Consumed& air_kg) const override {
-    return evaluate_actuator_run(ticks, s.trajectory, v.timing.tick_s, air_kg, 1e6 * v.timing.period_s());
+    Metrics m = evaluate_actuator_run(ticks, s.trajectory, v.timing.tick_s, air_kg, 1e6 * v.timing.period_s());
+    const ValveHardware& hardware = valve_hardware(v.modes);
+    m["life_years"] = life_years(hardware, m["busiest_coil_per_s"]);
+    m["valves_usd"] = hardware.price_usd;
+    return m;
   }
 
   /// The thesis's cell: {table, measured, rmse_mm, mae_mm, sse_mm, ssa_mm}, figures as printed.
