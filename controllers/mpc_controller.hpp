@@ -67,8 +67,8 @@ class MpcController {
     if (deferred_) collect(now.tick, d);
     if (now.tick / ticks_per_period_ != slot_) plan(now, d);
     d.command.switches = switches(now, d);
-    d.command.continuous = padded<max_continuous>(
-        parts_.inputs.apply(model(), d.reference, first<Model::state_size>(d.estimate), planned_));
+    input_ = parts_.inputs.apply(model(), d.reference, first<Model::state_size>(d.estimate), planned_);
+    d.command.continuous = padded<max_continuous>(commanded(parts_.inputs, input_));
   }
 
   /// In the last tick of a slot: the next problem but for what will be measured.
@@ -77,8 +77,7 @@ class MpcController {
     if (slot_begin % ticks_per_period_ != 0 || !parts_.solver->anticipates()) return;
     SwitchedOf<Model> switched;
     std::ranges::copy(parts_.problem.modes.point(in_effect), switched.begin());
-    const auto then = model().template step<double>(first<Model::state_size>(d.estimate), switched,
-                                                    first<Model::continuous_size>(d.command.continuous), tick_s_);
+    const auto then = model().template step<double>(first<Model::state_size>(d.estimate), switched, input_, tick_s_);
     pose(now, {slot_begin, now.time_s + tick_s_, then, d.offset});
     expected_plan_ = plan_;
     shift_plan(parts_.problem.horizon, steps_since(plan_tick_, slot_begin), expected_plan_);
@@ -262,6 +261,7 @@ class MpcController {
   Active current_, next_;
   std::array<IntegralOffset, max_axes> offset_{};
   ContinuousOf<Model> planned_{};  // the plan's own share of the continuous inputs
+  ContinuousOf<Model> input_{};    // the model's input in the tick at hand
   std::int64_t slot_ = -1, plan_tick_, oldest_ = 0;
 };
 

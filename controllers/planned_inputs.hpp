@@ -44,4 +44,19 @@ struct PlannedInputs {
   }
 };
 
+/// Inputs may command something else than the model's inputs, what becomes of it at the plant being these.
+template <class Inputs, class U>
+concept HasCommanded = requires(const Inputs& inputs, const U& input) {
+  { inputs.commanded(input) } -> std::same_as<U>;
+};
+
+/// What is commanded for the model's inputs; those themselves, unless the Inputs say otherwise.
+template <class Inputs, class U>
+U commanded(const Inputs& inputs, const U& input) noexcept {
+  if constexpr (HasCommanded<Inputs, U>)
+    return inputs.commanded(input);
+  else
+    return input;
+}
+
 }  // namespace solenoid

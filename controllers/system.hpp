@@ -40,6 +40,11 @@ class System {
   System& operator=(const System&) = delete;
 
   const SystemDescription& description() const { return description_; }
+  /// Of the plant as a variant has it: description(), or one more with continuous inputs behind those that every variant
+  /// has. Logs, packets and traces of a run are made from it.
+  virtual const SystemDescription& description_for(const VariantConfig& /*variant*/) const { return description_; }
+  /// Every description that description_for() may return; the last has the inputs of all.
+  virtual std::vector<const SystemDescription*> descriptions() const { return {&description_}; }
   const std::string& name() const { return description_.name; }
   const std::vector<std::string>& mode_sets() const { return choices_.mode_sets; }
   const std::vector<EstimatorName>& estimators() const { return choices_.estimators; }

@@ -191,6 +191,7 @@ void FallbackLadder::command(Rung rung, double time_s, Decision& d) noexcept {
     case Rung::held:
       if (slot_begins_ || last_ != Rung::held) held_mode_ = guard_->held_mode(d.estimate, lines_, reference_, time_s);
       d.command.switches = held_mode_;
+      d.command.continuous = guard_->held_inputs(d.command.continuous);
       return;
     case Rung::backup:
       d.command = {modes_.safe_pattern(), guard_->backup_law(d.reference, watched_)};

@@ -31,6 +31,8 @@ class Guard {
   /// A mode to hold from now on, the best of a few, in bounded time (rung dmpc).
   virtual SwitchPattern held_mode(const StateValues& state, const DelayLines& lines,
                                   const RestartableReference& reference, double time_s) noexcept = 0;
+  /// The continuous inputs beside it, `decided` being those of a plan that has grown old.
+  virtual ContinuousValues held_inputs(const ContinuousValues& decided) const noexcept { return decided; }
   /// Whether the system has a law for its continuous inputs alone (rung motor).
   virtual bool has_backup_law() const noexcept { return false; }
   /// That law.

@@ -12,6 +12,12 @@ std::string unit_in_keys(std::string unit) {
   return unit;
 }
 
+std::string input_names(const SystemDescription& system) {
+  std::string names;
+  for (const Signal& input : system.continuous) names += (names.empty() ? "" : " ") + input.name;
+  return names;
+}
+
 void require_complete(const SystemDescription& s) {
   const auto require = [&](bool right, const std::string& what) {
     if (!right) throw std::logic_error("description of '" + s.name + "': " + what);

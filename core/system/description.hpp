@@ -88,6 +88,9 @@ struct SystemDescription {
 /// A unit as keys write it: "N" is "n", "%" is "percent".
 std::string unit_in_keys(std::string unit);
 
+/// The continuous inputs by name, a space between them.
+std::string input_names(const SystemDescription& system);
+
 /// Throws std::logic_error, naming what a description lacks or what in it points to nothing: records, logs and tables are
 /// made from it without looking again.
 void require_complete(const SystemDescription& system);

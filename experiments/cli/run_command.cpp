@@ -124,7 +124,8 @@ SessionResult run_one(const RunArguments& options, const Campaign& campaign, con
   SessionWatch watch;
   watch.interrupted = InterruptGuard::raised;
   watch.rearm_wanted = rearm_wanted;
-  if (!options.quiet) watch.show = [&](const TickRecord& tick) { status.show(tick, campaign.system->description()); };
+  if (!options.quiet)
+    watch.show = [&](const TickRecord& tick) { status.show(tick, system_of(variant).description_for(variant)); };
   SessionResult result = run_session(*opened.plant, variant, scenario, session, watch);
   if (opened.rig) result.io = opened.rig->io().health();
   return result;

@@ -72,7 +72,7 @@ std::vector<std::string> names_of(const SystemDescription& system) {
 
 Run simulate_run(const VariantConfig& variant, const ScenarioConfig& scenario, std::uint64_t seed) {
   RunResult result = simulate(variant, scenario, seed);
-  return {&system_of(scenario).description(), result.metrics, std::move(result.ticks)};
+  return {&system_of(variant).description_for(variant), result.metrics, std::move(result.ticks)};
 }
 
 void bind_metrics(py::module_& m) {

@@ -99,7 +99,7 @@ void bind_stepping(py::module_& m) {
       .def(py::init([](const VariantConfig& variant, const ScenarioConfig& scenario) {
              auto own = std::make_shared<const ScenarioConfig>(scenario);
              const RunInProgress run(*own);
-             return ControllerOf{&system_of(scenario).description(), own,
+             return ControllerOf{&system_of(variant).description_for(variant), own,
                                  make_controller(told(variant, scenario), scenario.trajectory)};
            }),
            py::arg("variant"), py::arg("scenario"))
@@ -117,7 +117,7 @@ void bind_stepping(py::module_& m) {
           py::arg("command"));
   py::class_<PlantOf>(m, "Plant")
       .def(py::init([](const VariantConfig& variant, const ScenarioConfig& scenario, std::uint64_t seed) {
-             return PlantOf{&system_of(scenario).description(), make_plant(variant, scenario, seed)};
+             return PlantOf{&system_of(variant).description_for(variant), make_plant(variant, scenario, seed)};
            }),
            py::arg("variant"), py::arg("scenario"), py::arg("seed") = 1)
       .def(

@@ -45,7 +45,7 @@ Calibration usual_calibration(const VariantConfig& variant) {
 }
 
 Calibration read_calibration(TableReader& table, const VariantConfig& variant) {
-  const SystemDescription& system = system_of(variant).description();
+  const SystemDescription& system = system_of(variant).description_for(variant);
   Calibration c = usual_calibration(variant);
   for (std::size_t i = 0; i < c.channels.size(); ++i) read_channel(table, system.channels[i].name, c.channels[i]);
   for (std::size_t i = 0; i < c.continuous.size(); ++i) {
@@ -59,7 +59,7 @@ Calibration read_calibration(TableReader& table, const VariantConfig& variant) {
 
 RigPlant::RigPlant(std::unique_ptr<RigIo> io, const Calibration& calibration, const VariantConfig& variant)
     : io_(std::move(io)), calibration_(calibration), tick_s_(variant.timing.tick_s) {
-  const SystemDescription& system = system_of(variant).description();
+  const SystemDescription& system = system_of(variant).description_for(variant);
   for (std::size_t s = 0; s < system.states.size(); ++s)
     for (std::size_t c = 0; c < system.channels.size(); ++c)
       if (system.states[s].name == system.channels[c].name) shown_.push_back({s, c});

@@ -29,8 +29,8 @@ std::unique_ptr<RigIo> node_io(const PlantChoice& choice, const VariantConfig& v
 
 NodeWire node_wire(const VariantConfig& variant) {
   const System& system = system_of(variant);
-  return {wire_text(system.description(), system.modes(variant)), system.description().channels.size(),
-          system.description().continuous.size()};
+  const SystemDescription& described = system.description_for(variant);
+  return {wire_text(described, system.modes(variant)), described.channels.size(), described.continuous.size()};
 }
 
 OpenedPlant open_plant(const PlantChoice& choice, const VariantConfig& variant, const ScenarioConfig& scenario,

@@ -46,7 +46,7 @@ void read_switches(TableReader& t, const std::string& key, std::size_t switches,
 }
 
 ComediSettings usual_comedi(const VariantConfig& variant) {
-  const SystemDescription& system = system_of(variant).description();
+  const SystemDescription& system = system_of(variant).description_for(variant);
   const ModeSet modes = system_of(variant).modes(variant);
   ComediSettings c;
   c.input_channels.resize(system.channels.size());
@@ -59,7 +59,7 @@ ComediSettings usual_comedi(const VariantConfig& variant) {
 }
 
 void read_comedi(TableReader& table, const VariantConfig& variant, ComediSettings& c) {
-  const SystemDescription& system = system_of(variant).description();
+  const SystemDescription& system = system_of(variant).description_for(variant);
   c.device = table.text_or("device", c.device);
   if (table.has("inputs")) {
     TableReader inner = table.table("inputs");
@@ -117,7 +117,7 @@ struct LimitKeys {
 constexpr LimitKeys actuator_keys = {"dmpc_slots", "motor_slots", "motor_n_per_tick", "coil_period_ticks"};
 
 void read_limits(TableReader& t, const VariantConfig& variant, RigFile& rig) {
-  const SystemDescription& system = system_of(variant).description();
+  const SystemDescription& system = system_of(variant).description_for(variant);
   const bool of_actuator = system.name == actuator_description().name;
   const LimitKeys keys = of_actuator ? actuator_keys : LimitKeys{};
   LadderSettings& l = rig.ladder;
@@ -147,7 +147,7 @@ RigFile usual_rig(const VariantConfig& variant) {
   rig.calibration = usual_calibration(variant);
   rig.comedi = usual_comedi(variant);
   rig.ladder = system_of(variant).ladder(variant);
-  require_complete(rig.ladder, system_of(variant).description());
+  require_complete(rig.ladder, system_of(variant).description_for(variant));
   return rig;
 }
 

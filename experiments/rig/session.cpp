@@ -262,7 +262,7 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
   require_real_time(chosen);
   SessionResult result;
   VariantConfig variant = told(chosen, scenario);
-  const SystemDescription& system = system_of(scenario).description();
+  const SystemDescription& system = system_of(variant).description_for(variant);
   const Timing& timing = variant.timing;
   variant.latency_ticks = settings.policy == PlanPolicy::next_slot ? timing.ticks_per_period : 0;
   result.setup.push_back(lock_memory());
@@ -277,6 +277,7 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
   limits.set_rates(settings.rates);
   Statistics statistics(settings.duration_s, timing.tick_s);
   RunLogSettings to = log_settings(settings, system);
+  if (&system != &system_of(variant).description()) to.about["inputs"] = input_names(system);
   if (!settings.at_start_position) begin_off_the_start(plant, system, *ladder, to);
   RunLog log(to, [&](const TickRecord& tick) { statistics.add(tick); });
 

@@ -23,21 +23,24 @@ SwitchedOf<PneumaticActuator> openings(std::span<const double> point) {
 }  // namespace
 
 ActuatorGuard::ActuatorGuard(const PneumaticActuator& model, const ModeSet& modes, std::optional<MotorGains> motor,
-                             double tick_s)
+                             double tick_s, std::optional<ServoPair> servo)
     : model_(model),
       tick_s_(tick_s),
       candidates_(model, modes, tick_s),
       watch_(model, watching(tick_s)),
-      new_watch_(watch_) {
+      new_watch_(watch_),
+      servo_(servo) {
   if (motor) motor_.emplace(model, *motor);
 }
 
 StateValues ActuatorGuard::watch(const Measurement& believed) noexcept {
+  if (servo_) servo_->advance();
   return padded<max_states>(watch_.update(believed));
 }
 
 void ActuatorGuard::applied(std::span<const double> opening, const ContinuousValues& continuous) noexcept {
-  watch_.applied(openings(opening), continuous[0]);
+  opening_ = servo_ ? servo_->openings(continuous[opening_a_input], continuous[opening_b_input]) : openings(opening);
+  watch_.applied(opening_, continuous[motor_input]);
 }
 
 ChannelValues ActuatorGuard::innovations() const noexcept { return padded<max_channels>(watch_.innovations()); }
@@ -45,7 +48,7 @@ ChannelValues ActuatorGuard::innovations() const noexcept { return padded<max_ch
 ChannelValues ActuatorGuard::expected_change(const StateValues& state, std::span<const double> opening) const noexcept {
   ActuatorState x = model_.nearest_valid(actuator_state(state));
   x[velocity] = 0.0;
-  const ActuatorState next = model_.step<double>(x, openings(opening), {0.0}, tick_s_);
+  const ActuatorState next = model_.step<double>(x, servo_ ? opening_ : openings(opening), {0.0}, tick_s_);
   ChannelValues change{};
   change[pressure_a_channel] = next[pressure_a] - x[pressure_a];
   change[pressure_b_channel] = next[pressure_b] - x[pressure_b];
@@ -59,6 +62,10 @@ bool ActuatorGuard::at_rest(const StateValues& state) const noexcept {
 SwitchPattern ActuatorGuard::held_mode(const StateValues& state, const DelayLines& lines,
                                        const RestartableReference& reference, double time_s) noexcept {
   return candidates_.search(actuator_state(state), lines, reference, time_s);
+}
+
+ContinuousValues ActuatorGuard::held_inputs(const ContinuousValues& decided) const noexcept {
+  return servo_ ? ContinuousValues{decided[motor_input]} : decided;
 }
 
 ContinuousValues ActuatorGuard::backup_law(const ReferenceSample& desired, const StateValues& state) const noexcept {

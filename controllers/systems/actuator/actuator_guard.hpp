@@ -4,6 +4,7 @@
 #include "controllers/systems/actuator/estimators/kalman.hpp"
 #include "controllers/systems/actuator/four_candidates.hpp"
 #include "controllers/systems/actuator/motor_laws.hpp"
+#include "core/systems/actuator/servo_actuator.hpp"
 
 #include <optional>
 
@@ -13,17 +14,20 @@ namespace solenoid {
 /// estimator is; four candidates stand in for a solver, the motor's position law for the valves.
 class ActuatorGuard final : public Guard {
  public:
-  /// No gains: the slide has no motor.
-  ActuatorGuard(const PneumaticActuator& model, const ModeSet& modes, std::optional<MotorGains> motor, double tick_s);
+  /// No gains: the slide has no motor. Servo valves, where they are in place of those of the mode set.
+  ActuatorGuard(const PneumaticActuator& model, const ModeSet& modes, std::optional<MotorGains> motor, double tick_s,
+                std::optional<ServoPair> servo = {});
 
   StateValues watch(const Measurement& believed) noexcept override;
   void applied(std::span<const double> opening, const ContinuousValues& continuous) noexcept override;
   ChannelValues innovations() const noexcept override;
   ChannelValues expected_change(const StateValues& state, std::span<const double> opening) const noexcept override;
   bool at_rest(const StateValues& state) const noexcept override;
-  void reset() noexcept override { watch_ = new_watch_; }
+  void reset() noexcept override { watch_ = new_watch_; }  // the servo valves went on meanwhile
   SwitchPattern held_mode(const StateValues& state, const DelayLines& lines, const RestartableReference& reference,
                           double time_s) noexcept override;
+  /// Servo valves are shut.
+  ContinuousValues held_inputs(const ContinuousValues& decided) const noexcept override;
   bool has_backup_law() const noexcept override { return motor_.has_value(); }
   ContinuousValues backup_law(const ReferenceSample& desired, const StateValues& state) const noexcept override;
   ContinuousValues brake(const StateValues& state) const noexcept override;
@@ -37,6 +41,8 @@ class ActuatorGuard final : public Guard {
   std::optional<PdMotor> motor_;
   FourCandidates candidates_;
   ActuatorKalman watch_, new_watch_;
+  std::optional<ServoPair> servo_;
+  SwitchedOf<PneumaticActuator> opening_{};  // in the tick just commanded
 };
 
 /// Limits of the ladder for the thesis's rig: potentiometer on 13 bits over -10..110 mm, pressures behind a 50 Hz Bessel

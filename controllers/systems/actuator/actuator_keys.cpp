@@ -63,6 +63,16 @@ void add_sliding(const KeyGroup& surface, const KeyGroup& phases) {
               "the chambers when the motor is alone; `exhaust` with two_way valves");
 }
 
+void add_servo(const KeyGroup& all) {
+  all.add("servo.effort", OWN(servo.effort), Range::non_negative(), "",
+          "weight of the squared opening of each servo valve, at each step");
+  all.add(
+      "servo.compensation", OWN(servo.compensation), Range::between(0.0, 0.5), "",
+      "overlap of a servo valve that its command makes up for; what the valve is believed to have is `model.servo`");
+  all.add("servo.transition", OWN(servo.transition), Range::between(0.0, 0.5), "",
+          "opening over which that is rounded off");
+}
+
 void add_estimation(const KeyGroup& all) {
   const Range positive = Range::positive(), not_negative = Range::non_negative(), memory = {0.005, 1e6, true};
   all.add("estimation.position_sigma_m", OWN(estimation.position_sigma_m), positive, "m",
@@ -112,6 +122,7 @@ std::vector<VariantKey> actuator_keys() {
   add_cost_of_end({keys, "extended_cost"});
   add_pulse_width({keys, "pulse_width"});
   add_sliding({keys, "sliding"}, {keys, "phases"});
+  add_servo({keys, "servo"});
   add_estimation({keys, "estimation"});
   return keys;
 }

@@ -3,6 +3,7 @@
 #include "controllers/systems/actuator/laws/extended_cost.hpp"
 #include "controllers/systems/actuator/models.hpp"
 #include "core/config/reader.hpp"
+#include "core/systems/actuator/valves.hpp"
 
 #include <memory>
 
@@ -22,6 +23,11 @@ template <class GenericMake>
 SolverMakers made(GenericMake make) {
   return SolverMakers::of<PneumaticActuator, PrestabilisedActuator>(make);
 }
+/// And for both on servo valves.
+template <class GenericMake>
+SolverMakers made_for_all(GenericMake make) {
+  return SolverMakers::of<PneumaticActuator, PrestabilisedActuator, ServoActuator, PrestabilisedServo>(make);
+}
 
 }  // namespace
 
@@ -37,13 +43,15 @@ std::vector<SolverRow> actuator_solvers() {
        .check = check_extended_cost});
   rows.push_back(
       {.name = "sqp",
-       .summary = "relaxed by real-time SQP, applied as pulses over each 5 ms period: docs/theory/theory-relaxed.md",
+       .summary = "relaxed by real-time SQP, applied as pulses over each 5 ms period: docs/theory/theory-relaxed.md; "
+                  "openings of `servo` as they are",
        .chooses_continuous = true,
        .plans_whole_input = true,
        .pulses = true,
-       .groups = {"planning"},
-       .modes = {"three_way", "two_way", "three_mode"},
-       .make = made([]<ActuatorModel M>(const VariantConfig& v) { return make_pulses(v, make_relaxed_sqp<M>()); }),
+       .groups = {"planning", "servo"},
+       .modes = {"three_way", "two_way", "three_mode", servo_valves},
+       .make =
+           made_for_all([]<ActuatorModel M>(const VariantConfig& v) { return make_pulses(v, make_relaxed_sqp<M>()); }),
        .check = check_pulses});
   rows.push_back(
       {.name = "ipopt",

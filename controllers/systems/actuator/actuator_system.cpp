@@ -3,12 +3,16 @@
 #include "controllers/systems/actuator/actuator_guard.hpp"
 #include "controllers/systems/actuator/actuator_keys.hpp"
 #include "controllers/systems/actuator/actuator_variant.hpp"
+#include "controllers/systems/actuator/estimators/servo_estimator.hpp"
 #include "core/config/reader.hpp"
 #include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
 
+#include <algorithm>
+#include <concepts>
 #include <optional>
 #include <stdexcept>
+#include <type_traits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -74,6 +78,21 @@ void check_joint(const TableReader& table, const VariantConfig& v) {
                          v.solver, fmt::join(able, ", ")));
 }
 
+/// Openings that are continuous inputs are a solver's to plan which knows no switch.
+void check_servo(const TableReader& table, const VariantConfig& v) {
+  if (!on_servo_valves(v)) return;
+  std::vector<std::string> able;
+  for (const SolverRow& row : system_of(v).solvers())
+    if (std::ranges::count(row.modes, v.modes) > 0) able.push_back(row.name);
+  if (std::ranges::count(able, v.solver) == 0)
+    table.fail("solver", fmt::format("'{}' chooses valve states, and '{}' has none to choose from: its openings are "
+                                     "continuous (allowed solvers: {})",
+                                     v.solver, v.modes, fmt::join(able, ", ")));
+}
+
+/// The servo valves as the variant believes them.
+ServoPair servo_pair(const VariantConfig& v) { return {actuator(v).nominal.servo, v.timing.tick_s}; }
+
 template <HybridModel Model>
 Problem<Model> actuator_problem_of(const VariantConfig& v) {
   const Model model = make_model<Model>(v);
@@ -82,9 +101,25 @@ Problem<Model> actuator_problem_of(const VariantConfig& v) {
   const double most =
       actuator(v).motor == "joint" ? (HasFeedback<Model> ? 2.0 : 1.0) * model.parameters().motor_force_limit_n() : 0.0;
   Bounds<Model> bounds = make_bounds<Model>(v.limits);
-  bounds.continuous_lower = {-most};
-  bounds.continuous_upper = {most};
-  return {model, system_of(v).modes(v), make_horizon(v), make_cost<Model>(v.cost), bounds};
+  Cost<Model> cost = make_cost<Model>(v.cost);
+  bounds.continuous_lower[motor_input] = -most;
+  bounds.continuous_upper[motor_input] = most;
+  if constexpr (std::derived_from<Model, ServoActuator>)
+    for (const std::size_t opening : {opening_a_input, opening_b_input}) {
+      bounds.continuous_lower[opening] = -1.0;
+      bounds.continuous_upper[opening] = 1.0;
+      cost.continuous[opening] = actuator(v).servo.effort;
+    }
+  return {model, system_of(v).modes(v), make_horizon(v), cost, bounds};
+}
+
+template <class Inputs>
+Inputs make_inputs(const VariantConfig& v) {
+  MotorInputs motor = make_motor(v, make_model<PneumaticActuator>(v));
+  if constexpr (std::same_as<Inputs, ServoInputs>)
+    return ServoInputs(std::move(motor), actuator(v).servo, actuator(v).motor == "joint");
+  else
+    return motor;
 }
 
 template <HybridModel Model>
@@ -92,17 +127,34 @@ std::unique_ptr<Controller> actuator_mpc(const VariantConfig& v, const Motion& r
                                          const SolverDecorator& decorate) {
   AnySolverPtr solver = make_solver(v);
   if (decorate) solver = decorate(std::move(solver));
-  using Mpc = MpcController<Model, MotorInputs>;
+  using Inputs = std::conditional_t<std::derived_from<Model, ServoActuator>, ServoInputs, MotorInputs>;
+  using Mpc = MpcController<Model, Inputs>;
   return make_shell(v, reference,
                     Mpc({actuator_problem_of<Model>(v), std::move(solver), v.integral, v.deadline_ms, v.latency_ticks,
-                         v.timing.ticks_per_period, actuator_description().outputs,
-                         make_motor(v, make_model<PneumaticActuator>(v))}));
+                         v.timing.ticks_per_period, actuator_description().outputs, make_inputs<Inputs>(v)}));
+}
+
+/// Calls back with the type of the variant's model, as a null pointer to it.
+template <class Use>
+auto with_model(const VariantConfig& v, const Use& use) {
+  if (on_servo_valves(v))
+    return predicts_motor(v) ? use(static_cast<PrestabilisedServo*>(nullptr))
+                             : use(static_cast<ServoActuator*>(nullptr));
+  return predicts_motor(v) ? use(static_cast<PrestabilisedActuator*>(nullptr))
+                           : use(static_cast<PneumaticActuator*>(nullptr));
 }
 
 /// The hybrid pneumatic-electric actuator.
 class ActuatorSystem final : public System {
  public:
   ActuatorSystem() : System(actuator_description(), choices()) { add_keys(actuator_keys()); }
+
+  const SystemDescription& description_for(const VariantConfig& v) const override {
+    return on_servo_valves(v) ? servo_description() : actuator_description();
+  }
+  std::vector<const SystemDescription*> descriptions() const override {
+    return {&actuator_description(), &servo_description()};
+  }
 
   /// The thesis's DMPC without integral action, the cylinder alone.
   VariantConfig defaults() const override {
@@ -120,6 +172,7 @@ class ActuatorSystem final : public System {
   }
   void check(TableReader& table, const VariantConfig& v) const override {
     check_estimation(table, actuator(v).estimation);
+    check_servo(table, v);
     check_joint(table, v);
   }
   /// The plane in which the arm moves; none leaves the parameters' own.
@@ -130,7 +183,8 @@ class ActuatorSystem final : public System {
 
   ModeSet own_modes(const VariantConfig& v) const override { return valve_modes(v.modes, actuator(v).nominal); }
   std::vector<double> continuous_limits(const VariantConfig& v) const override {
-    return {actuator(v).nominal.motor_force_limit_n()};
+    const double motor_n = actuator(v).nominal.motor_force_limit_n();
+    return on_servo_valves(v) ? std::vector{motor_n, 1.0, 1.0} : std::vector{motor_n};
   }
   /// The stroke; no faster than a choked valve fills or empties the smaller chamber at atmospheric pressure; pressures from
   /// that to the supply's.
@@ -142,25 +196,27 @@ class ActuatorSystem final : public System {
     return {{p.position_min_m(), p.position_max_m()}, {-fastest, fastest}, pressure, pressure};
   }
   std::unique_ptr<AnyProblem> problem(const VariantConfig& v) const override {
-    if (predicts_motor(v)) return actuator_problem_of<PrestabilisedActuator>(v).clone();
-    return actuator_problem_of<PneumaticActuator>(v).clone();
+    return with_model(v, [&]<class M>(M*) { return actuator_problem_of<M>(v).clone(); });
   }
   const ModelTools& tools(const VariantConfig& v) const override {
-    return predicts_motor(v) ? model_tools<PrestabilisedActuator>() : model_tools<PneumaticActuator>();
+    return *with_model(v, []<class M>(M*) { return &model_tools<M>(); });
   }
   Estimator own_estimator(const VariantConfig& v) const override {
-    return make_estimator(v.estimator, make_model<PneumaticActuator>(v), actuator(v).estimation);
+    Estimator slide = make_estimator(v.estimator, make_model<PneumaticActuator>(v), actuator(v).estimation);
+    if (!on_servo_valves(v)) return slide;
+    return Estimator(ServoEstimator(std::move(slide), servo_pair(v)));
   }
   std::unique_ptr<Controller> mpc(const VariantConfig& v, const Motion& reference,
                                   const SolverDecorator& decorate) const override {
-    if (predicts_motor(v)) return actuator_mpc<PrestabilisedActuator>(v, reference, decorate);
-    return actuator_mpc<PneumaticActuator>(v, reference, decorate);
+    return with_model(v, [&]<class M>(M*) { return actuator_mpc<M>(v, reference, decorate); });
   }
 
   std::unique_ptr<Guard> guard(const VariantConfig& v) const override {
     std::optional<MotorGains> motor;
     if (actuator(v).hybrid()) motor = actuator(v).motor_gains;
-    return std::make_unique<ActuatorGuard>(make_model<PneumaticActuator>(v), modes(v), motor, v.timing.tick_s);
+    std::optional<ServoPair> servo;
+    if (on_servo_valves(v)) servo = servo_pair(v);
+    return std::make_unique<ActuatorGuard>(make_model<PneumaticActuator>(v), modes(v), motor, v.timing.tick_s, servo);
   }
   LadderSettings ladder(const VariantConfig& v) const override { return actuator_ladder(actuator(v).nominal); }
 };

@@ -5,6 +5,7 @@
 #include "controllers/systems/actuator/estimators/kalman.hpp"
 #include "controllers/systems/actuator/estimators/moving_horizon.hpp"
 #include "controllers/systems/actuator/estimators/thesis_estimator.hpp"
+#include "core/systems/actuator/valves.hpp"
 
 #include <stdexcept>
 
@@ -51,6 +52,8 @@ bool predicts_motor(const VariantConfig& v) {
   const SolverRow* row = find_row(system_of(v).solvers(), v.solver);
   return !(row && row->plans_whole_input);
 }
+
+bool on_servo_valves(const VariantConfig& v) { return v.modes == servo_valves; }
 
 MotorInputs make_motor(const VariantConfig& v, const PneumaticActuator& model) {
   MotorLaw law = NoMotor{};

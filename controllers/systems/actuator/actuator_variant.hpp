@@ -5,9 +5,11 @@
 #include "controllers/systems/actuator/estimators/tuning.hpp"
 #include "controllers/systems/actuator/laws/settings.hpp"
 #include "controllers/systems/actuator/motor_inputs.hpp"
+#include "controllers/systems/actuator/servo_inputs.hpp"
 #include "controllers/variant.hpp"
 #include "core/systems/actuator/parameters.hpp"
 
+#include <concepts>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +27,7 @@ struct ActuatorVariant {
   PulseWidthSettings pulse_width;
   SlidingSettings sliding;
   PhaseSettings phases;
+  ServoSettings servo;
   double terminal_acceleration = 0.0;  ///< weight of ExtendedCostSearch
 
   /// Whether a motor helps the cylinder.
@@ -41,10 +44,18 @@ inline ActuatorVariant& actuator(VariantConfig& variant) { return variant.own.as
 /// force need no law.
 bool predicts_motor(const VariantConfig& variant);
 
+/// Whether a servo valve a chamber is in place of valves that switch: the model is then ServoActuator, or with the motor's
+/// law PrestabilisedServo.
+bool on_servo_valves(const VariantConfig& variant);
+
 /// What the variant believes.
 template <HybridModel Model>
 Model make_model(const VariantConfig& v) {
-  if constexpr (HasFeedback<Model>)
+  if constexpr (std::same_as<Model, PrestabilisedServo>)
+    return Model(actuator(v).nominal, actuator(v).motor_gains, v.timing.tick_s);
+  else if constexpr (std::same_as<Model, ServoActuator>)
+    return Model(actuator(v).nominal, v.timing.tick_s);
+  else if constexpr (HasFeedback<Model>)
     return Model(actuator(v).nominal, actuator(v).motor_gains);
   else
     return Model(actuator(v).nominal);

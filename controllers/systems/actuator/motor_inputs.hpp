@@ -34,14 +34,21 @@ class MotorInputs {
 
   /// Law and planned share, saturated together [N].
   template <HybridModel Model>
+  double force(const Model& model, const ReferenceSample& desired, const ActuatorState& x,
+               double planned_n) const noexcept {
+    double law_n = force(desired, x);
+    if (planned_n == 0.0) return law_n;
+    // The law of the prediction, before it is saturated alone.
+    if constexpr (HasFeedback<Model>)
+      law_n =
+          model.gains().template force<double>(x[position], x[velocity], {desired.axis[0].value, desired.axis[0].rate});
+    return model.template saturated_motor_force<double>(law_n + planned_n);
+  }
+  /// The same as the model's input.
+  template <HybridModel Model>
   Vector<double, 1> apply(const Model& model, const ReferenceSample& desired, const ActuatorState& x,
                           const Vector<double, 1>& planned_n) const noexcept {
-    if (planned_n[0] == 0.0) return {force(desired, x)};
-    if constexpr (HasFeedback<Model>) {
-      const auto law = model.template feedback<double>(x, {desired.axis[0].value, desired.axis[0].rate});
-      return {model.template saturated_motor_force<double>(law[0] + planned_n[0])};
-    }
-    return {model.template saturated_motor_force<double>(force(desired, x) + planned_n[0])};
+    return {force(model, desired, x, planned_n[0])};
   }
 
  private:

@@ -89,6 +89,8 @@ void ActuatorParameters::validate(const std::string& where) const {
   for (const Field& field : fields())
     if (const double value = this->*field.value; !std::isfinite(value) || !field.range.contains(value))
       refuse(field.key, fmt::format("{} is refused (allowed: {})", value, field.range.text()));
+  if (const std::string problem = servo_valve_problem(servo); !problem.empty())
+    throw ConfigError(fmt::format("{}: table 'servo': {}", where, problem));
   if (!(rod_diameter_m < bore_diameter_m))
     refuse("rod_diameter_m", "the rod fills the bore (allowed: less than bore_diameter_m)");
   if (!(position_min_m() < position_max_m()))
@@ -147,6 +149,10 @@ ActuatorParameters read_parameters(TableReader& table) {
     table.fail("base", error.what());
   }
   for (const Field& field : fields()) p.*field.value = table.number_or(field.key, p.*field.value, field.range);
+  if (table.has("servo")) {
+    TableReader servo = table.table("servo");
+    read_servo_valve(servo, p.servo);
+  }
   p.rod_atmosphere = table.boolean_or("rod_atmosphere", p.rod_atmosphere);
   if (table.has("inferred_equivalent_mass_kg"))
     p.inferred_equivalent_mass_kg = table.number("inferred_equivalent_mass_kg", Range::positive());
@@ -169,6 +175,7 @@ ActuatorParameters Mismatch::applied_to(ActuatorParameters p) const {
   p.supply_pressure_pa = p.atmospheric_pressure_pa + supply * (p.supply_pressure_pa - p.atmospheric_pressure_pa);
   p.energise_delay_s *= delay;
   p.deenergise_delay_s *= delay;
+  p.servo.frequency_hz = delay > 0.0 ? p.servo.frequency_hz / delay : 0.0;
   if (inertia != 1.0) {
     const double r = p.gear_radius_m();
     p.inferred_equivalent_mass_kg = inertia * p.equivalent_mass_kg() - p.payload_inertia() / (r * r);

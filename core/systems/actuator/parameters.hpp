@@ -1,5 +1,7 @@
 #pragma once
 
+#include "core/systems/actuator/servo_valve.hpp"
+
 #include <numbers>
 #include <optional>
 #include <string>
@@ -52,6 +54,7 @@ struct ActuatorParameters {
   double critical_pressure_ratio = 0.53;  ///< (4.23)
   double energise_delay_s = 0.004;
   double deenergise_delay_s = 0.001;
+  ServoValve servo;  ///< of the configuration `servo`, a valve a chamber
 
   // Named choices over disputed prints.
   bool rod_atmosphere = true;  ///< P_0 on the rod's area in the cylinder force (E9)
@@ -102,7 +105,7 @@ struct Mismatch {
   double friction = 1.0;  ///< static, Coulomb and viscous
   double flow = 1.0;      ///< c_fill, c_dis and the choked flow
   double supply = 1.0;    ///< gauge supply pressure
-  double delay = 1.0;     ///< both valve delays
+  double delay = 1.0;     ///< both valve delays, and the time of a servo valve's spool
   double inertia = 1.0;   ///< equivalent mass, gravity unchanged
 
   /// The plant's parameters, `p` being what the controller believes.

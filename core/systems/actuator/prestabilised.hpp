@@ -8,6 +8,11 @@ namespace solenoid {
 struct MotorGains {
   double proportional = 23000.0;  ///< K_pe [N/m]
   double derivative = 400.0;      ///< K_de [N s/m]
+  /// The law before the amplifier's limit (5.14) [N], at a desired position and velocity.
+  template <class S>
+  S force(const S& y, const S& v, const Vector<double, 2>& setpoint) const {
+    return S(proportional) * (S(setpoint[0]) - y) + S(derivative) * (S(setpoint[1]) - v);
+  }
   bool operator==(const MotorGains&) const = default;
 };
 
@@ -21,7 +26,7 @@ class PrestabilisedActuator : public PneumaticActuator {
 
   template <class S>
   Vector<S, 1> feedback(const Vector<S, 4>& x, const Vector<double, 2>& setpoint) const {
-    return {pd<S>(x[position], x[velocity], setpoint)};
+    return {gains_.force<S>(x[position], x[velocity], setpoint)};
   }
 
   /// Encloses a step as the base does; the law falls with position and velocity, so its extremes over the box are at
@@ -31,18 +36,15 @@ class PrestabilisedActuator : public PneumaticActuator {
                     const Vector<S, 4>& opening_high, const Vector<double, 2>& setpoint,
                     const Vector<double, 1>& planned, double dt) const {
     // v_next rises with v while K_de dt < m_eq: the law may take each bound's own velocity.
-    const S at_low = pd<S>(high[position], low[velocity], setpoint) + S(planned[0]);
-    const S at_high = pd<S>(low[position], high[velocity], setpoint) + S(planned[0]);
+    const S at_low = gains_.force<S>(high[position], low[velocity], setpoint) + S(planned[0]);
+    const S at_high = gains_.force<S>(low[position], high[velocity], setpoint) + S(planned[0]);
     PneumaticActuator::enclose_step<S>(low, high, opening_low, opening_high, saturated_motor_force<S>(at_low),
                                        saturated_motor_force<S>(at_high), dt);
   }
 
- private:
-  template <class S>
-  S pd(const S& y, const S& v, const Vector<double, 2>& setpoint) const {
-    return S(gains_.proportional) * (S(setpoint[0]) - y) + S(gains_.derivative) * (S(setpoint[1]) - v);
-  }
+  const MotorGains& gains() const { return gains_; }
 
+ private:
   MotorGains gains_;
 };
 

@@ -57,7 +57,22 @@ SystemDescription described() {
   return s;
 }
 
+SystemDescription described_on_servo_valves() {
+  SystemDescription s = described();
+  for (const char* chamber : {"a", "b"}) {
+    const std::string name = std::string("valve_") + chamber, label = chamber[0] == 'a' ? "valve A" : "valve B";
+    s.continuous.push_back({name, "1", name, label});
+    s.decided_keys.push_back(name + "_decided");
+  }
+  return s;
+}
+
 }  // namespace
+
+const SystemDescription& servo_description() {
+  static const SystemDescription description = described_on_servo_valves();
+  return description;
+}
 
 const SystemDescription& actuator_description() {
   static const SystemDescription description = described();

@@ -37,5 +37,8 @@ inline double motor_force_n(const Command& command) noexcept { return command.co
 
 /// The hybrid pneumatic-electric actuator as everything above the solvers knows it.
 const SystemDescription& actuator_description();
+/// The same on servo valves: with their two commands as further continuous inputs, in the order of ServoInputIndex. What
+/// has no such valves keeps its logs, packets and tables without them.
+const SystemDescription& servo_description();
 
 }  // namespace solenoid

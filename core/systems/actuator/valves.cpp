@@ -84,6 +84,9 @@ ModeSet pulse_code(const char* name, std::size_t valves, const ActuatorParameter
   return bank(name, openings, all_pairs(chamber), p);
 }
 
+/// No switch, and one mode, in which the on/off valves are shut: what opens is told by continuous inputs.
+ModeSet servo() { return {"servo", {}, {{"servo", 0}}, {0, 0, 0, 0}, {}}; }
+
 /// Two valves a path, one of them open at a time: fine motion through the small one.
 ModeSet dual_orifice(const ActuatorParameters& p) {
   const std::vector<ChamberMode> chamber = {
@@ -94,8 +97,8 @@ ModeSet dual_orifice(const ActuatorParameters& p) {
 }  // namespace
 
 const std::vector<std::string>& valve_configurations() {
-  static const std::vector<std::string> names = {"three_way",    "two_way", "three_mode", "seven_mode",
-                                                 "dual_orifice", "pcm_2",   "pcm_3",      "pcm_4"};
+  static const std::vector<std::string> names = {"three_way", "two_way", "three_mode", "seven_mode", "dual_orifice",
+                                                 "pcm_2",     "pcm_3",   "pcm_4",      "servo"};
   return names;
 }
 
@@ -110,6 +113,7 @@ ModeSet valve_modes(const std::string& configuration, const ActuatorParameters& 
   if (configuration == "pcm_3") return pulse_code("pcm_3", 3, p);
   if (configuration == "pcm_4") return pulse_code("pcm_4", 4, p);
   if (configuration == "dual_orifice") return dual_orifice(p);
+  if (configuration == servo_valves) return servo();
   throw std::invalid_argument(
       fmt::format("valves: '{}' is not known; allowed: {}", configuration, fmt::join(valve_configurations(), ", ")));
 }

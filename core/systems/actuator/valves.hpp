@@ -19,11 +19,14 @@ namespace solenoid {
 /// `pcm_3`       the same with three, by sevenths: 225 modes
 /// `pcm_4`       the same with four, by fifteenths: 961 modes
 /// `dual_orifice` a small and a large valve to fill and as many to exhaust each chamber, one of them open at a time: 25
+/// `servo`       a servo valve a chamber, told by continuous inputs (servo_valve.hpp): no switch, one mode
 ///
 /// Openings are shares of the single valve's, so that the largest flow is the same everywhere.
 /// Delays come from the parameters. Throws std::invalid_argument naming what is allowed.
 ModeSet valve_modes(const std::string& configuration, const ActuatorParameters& parameters);
 
+/// The configuration whose openings are continuous inputs.
+inline constexpr const char* servo_valves = "servo";
 /// Opening of the small valves of `dual_orifice`.
 inline constexpr double small_orifice = 0.25;
 

@@ -30,7 +30,7 @@ Json numbers(const std::vector<double>& values) {
 }  // namespace
 
 LiveState::LiveState(const Campaign& campaign, const std::string& folder, bool only_new)
-    : format_(campaign.system->description()) {
+    : format_(*campaign.system->descriptions().back()) {
   results_.folder = folder;
   results_.campaign = campaign;
   results_.manifest = {{"campaign", campaign.name}, {"status", "running"}};

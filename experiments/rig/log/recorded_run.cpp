@@ -24,11 +24,26 @@ constexpr std::size_t longest_tick = 65536, longest_event = 4096;
 constexpr std::size_t most_ticks = 10'000'000, most_events = 100'000;
 constexpr const char* a_log = "allowed: a log of `solenoid run`";
 
+/// Of a system's descriptions the one with the inputs that a log has; a log with those of
+/// every variant does not say.
+const SystemDescription& described_as(const System& system, const std::map<std::string, std::string>& about,
+                                      const std::string& path) {
+  const auto said = about.find("inputs");
+  if (said == about.end()) return system.description();
+  std::vector<std::string> known;
+  for (const SystemDescription* description : system.descriptions()) {
+    if (input_names(*description) == said->second) return *description;
+    known.push_back(fmt::format("'{}'", input_names(*description)));
+  }
+  throw ConfigError(fmt::format("{}: metadata 'run', key 'inputs': {} (allowed of {}: {})", path, shown(said->second),
+                                system.name(), fmt::join(known, ", ")));
+}
+
 /// The system that a log is of; logs of versions that knew one alone do not say.
 const SystemDescription& logged_system(const std::map<std::string, std::string>& about, const std::string& path) {
   const auto said = about.find("system");
   if (said == about.end()) return systems().front()->description();
-  if (const System* system = find_system(said->second)) return system->description();
+  if (const System* system = find_system(said->second)) return described_as(*system, about, path);
   throw ConfigError(fmt::format("{}: is of the system {} (allowed: {})", path, shown(said->second), system_names()));
 }
 

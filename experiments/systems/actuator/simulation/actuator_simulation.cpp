@@ -25,7 +25,7 @@ System& actuator_system();
 namespace {
 
 /// Resolutions of what is kept over time.
-constexpr double length_step_m = 1e-7, pressure_step_pa = 10.0, force_step_n = 1e-3;
+constexpr double length_step_m = 1e-7, pressure_step_pa = 10.0, force_step_n = 1e-3, opening_step = 1e-4;
 
 /// Parameters of the plant "model".
 ActuatorParameters model_parameters(const VariantConfig& variant, const ScenarioConfig& scenario) {
@@ -43,6 +43,27 @@ void check_stroke(const TableReader& table, const Motion& motion) {
     table.fail("trajectory",
                fmt::format("reaches from {:.4g} to {:.4g} m (allowed: inside the stroke, {:.4g} to {:.4g} m)", low,
                            high, unloaded.position_min_m(), unloaded.position_max_m()));
+}
+
+/// The commands of servo valves in place of modes that there are none of.
+void show_servo_commands(TraceLayout& layout) {
+  const auto modes = std::ranges::find_if(layout.panels, &TraceLayout::Panel::modes);
+  *modes = {.label = "servo valves", .unit = "1", .curves = {}, .zero = true, .limit = 0.1};
+  for (const std::size_t input : {opening_a_input, opening_b_input}) {
+    const Signal& signal = servo_description().continuous[input];
+    layout.kept.push_back({signal.name, signal.unit, opening_step, TraceLayout::Source::continuous, input});
+    modes->curves.push_back({signal.name, signal.label});
+  }
+}
+
+/// ActuatorSimulation::spoiled() where openings are continuous.
+Command spoiled_servo(const ActuationFault& fault, const Command& wanted, const Command& last) {
+  Command reached = wanted;
+  double &a = reached.continuous[opening_a_input], &b = reached.continuous[opening_b_input];
+  if (fault.kind == "stuck") a = last.continuous[opening_a_input], b = last.continuous[opening_b_input];
+  if (fault.kind == "swapped") std::swap(a, b);
+  if (fault.kind == "lost") a = std::min(a, 0.0), b = std::min(b, 0.0);
+  return reached;
 }
 
 class ActuatorSimulation final : public SimulatedSystem {
@@ -109,6 +130,7 @@ class ActuatorSimulation final : public SimulatedSystem {
   /// Swapped valves exchange the chambers; a lost supply leaves the supply valves without effect.
   Command spoiled(const VariantConfig& v, const ActuationFault& fault, const Command& wanted,
                   const Command& last) const override {
+    if (on_servo_valves(v)) return spoiled_servo(fault, wanted, last);
     const bool three_way = v.modes == "three_way";
     const unsigned coils_a_chamber = three_way ? 1 : 2;
     const SwitchPattern chamber = (SwitchPattern{1} << coils_a_chamber) - 1, supply = three_way ? 0b11u : 0b0101u;
@@ -184,6 +206,7 @@ class ActuatorSimulation final : public SimulatedSystem {
                       .curves = {{"motor", "motor"}},
                       .zero = true,
                       .limit = std::max(actuator(v).nominal.motor_force_limit_n(), 1.0)}};
+    if (on_servo_valves(v)) show_servo_commands(layout);
     return layout;
   }
 };

@@ -6,6 +6,7 @@
 #include "experiments/systems/actuator/simulation/model_sensing.hpp"
 
 #include <limits>
+#include <optional>
 #include <random>
 
 namespace solenoid {
@@ -17,6 +18,7 @@ struct SensorNoise {
 };
 
 /// The controller's own equations as the plant: explicit Euler at the tick, commands through the delays of its valves.
+/// On servo valves with all that they are (servo_valve.hpp), and their openings behind the actuator's own true state.
 /// Starts at rest at `start_m`, both chambers at atmospheric pressure, coils off.
 class ModelPlant final : public SimulatedPlant {
  public:
@@ -57,6 +59,8 @@ class ModelPlant final : public SimulatedPlant {
   std::normal_distribution<double> normal_;
   ActuatorState state_;
   DelayLines lines_{0};
+  std::optional<ServoPair> servo_;  // in place of what is switched
+  ContinuousValues continuous_{};
   double motor_force_n_ = 0.0, air_kg_ = 0.0;
   double push_at_s_ = std::numeric_limits<double>::infinity(), push_speed_m_s_ = 0.0;
   std::int64_t steps_done_ = 0;

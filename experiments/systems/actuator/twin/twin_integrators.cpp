@@ -111,9 +111,28 @@ void TwinIntegrator::advance(TwinState& x, ValveActuation& valves, double motor_
     for (double t = from_s; t < to_s;) {
       valves.settle(t);
       const double until = std::min(to_s, valves.next_kink(t));
-      advance_adaptive(x, {valves, motor_command_n}, t, until);
+      const auto openings = [&](double at_s) {
+        return blended([&](std::size_t c) { return valves.opening(c, at_s); });
+      };
+      advance_adaptive(x, Span<decltype(openings)>{openings, motor_command_n}, t, until);
       t = until;
     }
+  } catch (const std::exception&) {
+    x.fill(std::numeric_limits<double>::quiet_NaN());
+  }
+}
+
+void TwinIntegrator::advance(TwinState& x, const ServoActuation& valves, double motor_command_n, double from_s,
+                             double to_s) noexcept {
+  const IntegrationChoice& choice = physics_.parameters().integration;
+  if (choice.method == Integration::fixed) {
+    const double h = (to_s - from_s) / choice.steps;
+    for (int i = 0; i < choice.steps; ++i) fixed_step(x, valves.openings(from_s + (i + 0.5) * h), motor_command_n, h);
+    return;
+  }
+  try {
+    const auto openings = [&](double at_s) { return valves.openings(at_s); };
+    advance_adaptive(x, Span<decltype(openings)>{openings, motor_command_n}, from_s, to_s);
   } catch (const std::exception&) {
     x.fill(std::numeric_limits<double>::quiet_NaN());
   }
@@ -145,22 +164,23 @@ void TwinIntegrator::fixed_step(TwinState& x, const Openings& opening, double mo
   }
 }
 
-void TwinIntegrator::advance_adaptive(TwinState& x, const Span& span, double from_s, double to_s) const {
+template <class At>
+void TwinIntegrator::advance_adaptive(TwinState& x, const Span<At>& span, double from_s, double to_s) const {
   for (double t = from_s; t < to_s;) {
     const SlideMotion motion = physics_.motion_from(x, span.motor_command_n);
     t = smooth_piece(x, span, motion, t, to_s);
   }
 }
 
-double TwinIntegrator::smooth_piece(TwinState& x, const Span& span, SlideMotion motion, double from_s,
+template <class At>
+double TwinIntegrator::smooth_piece(TwinState& x, const Span<At>& span, SlideMotion motion, double from_s,
                                     double to_s) const {
   const double tolerance = physics_.parameters().integration.tolerance;
   auto stepper = odeint::make_dense_output(tolerance, tolerance, odeint::runge_kutta_dopri5<TwinState>());
   const auto system = [&](const TwinState& at, TwinState& rate, double t) {
     // Just inside the piece at both of its ends, so that an opening without travel is this piece's.
     const double inside = std::clamp(t, from_s, std::nexttoward(to_s, from_s));
-    const Openings opening = blended([&](std::size_t c) { return span.valves.opening(c, inside); });
-    rate = scaled(physics_.rates(unscaled(at), opening, span.motor_command_n, motion));
+    rate = scaled(physics_.rates(unscaled(at), span.at(inside), span.motor_command_n, motion));
   };
   const Guards guards{physics_, motion, span.motor_command_n};
   const auto at = [&](double t) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "experiments/systems/actuator/twin/servo_travel.hpp"
 #include "experiments/systems/actuator/twin/twin_physics.hpp"
 #include "experiments/systems/actuator/twin/valve_travel.hpp"
 
@@ -18,16 +19,22 @@ class TwinIntegrator {
 
   /// From `from_s` to `to_s`. Once a step of the adaptive method fails, the state is not a number.
   void advance(TwinState& x, ValveActuation& valves, double motor_command_n, double from_s, double to_s) noexcept;
+  /// The same with servo valves; openings over a fixed step are those at its middle.
+  void advance(TwinState& x, const ServoActuation& valves, double motor_command_n, double from_s, double to_s) noexcept;
 
  private:
+  /// Openings from `at(time)`.
+  template <class At>
   struct Span {
-    const ValveActuation& valves;
+    const At& at;
     double motor_command_n;
   };
   void fixed_step(TwinState& x, const Openings& opening, double motor_command_n, double h) const noexcept;
-  void advance_adaptive(TwinState& x, const Span& span, double from_s, double to_s) const;
+  template <class At>
+  void advance_adaptive(TwinState& x, const Span<At>& span, double from_s, double to_s) const;
   /// To to_s or to the first event; returns where it ended.
-  double smooth_piece(TwinState& x, const Span& span, SlideMotion motion, double from_s, double to_s) const;
+  template <class At>
+  double smooth_piece(TwinState& x, const Span<At>& span, SlideMotion motion, double from_s, double to_s) const;
   template <class Opening>
   Openings blended(const Opening& opening) const noexcept;
 

@@ -1,7 +1,9 @@
 #include "experiments/systems/actuator/twin/twin_plant.hpp"
 
+#include "core/systems/actuator/servo_actuator.hpp"
 #include "core/systems/actuator/valves.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace solenoid {
@@ -37,7 +39,9 @@ TwinPlant::TwinPlant(const TwinParameters& parameters, const std::string& valves
       state_(physics_.state_at_rest(start_m)),
       sensing_(parameters.sensing, parameters.actuator.atmospheric_pressure_pa, sensing.noise, actuator_state(state_),
                stream(sensing.seed, 2)),
-      ideal_(sensing.ideal) {}
+      ideal_(sensing.ideal) {
+  if (valves == servo_valves) servo_.emplace(parameters.actuator.servo);
+}
 
 ActuatorState TwinPlant::truth() const noexcept { return actuator_state(state_); }
 
@@ -46,16 +50,22 @@ Measurement TwinPlant::read(double time_s) noexcept {
   const auto due = static_cast<std::int64_t>(std::llround(time_s / interval));
   for (; intervals_ < due; ++intervals_) {
     const auto i = static_cast<double>(intervals_);
-    integrator_.advance(state_, valves_, motor_command_n_, i * interval, (i + 1) * interval);
+    if (servo_)
+      integrator_.advance(state_, *servo_, motor_command_n_, i * interval, (i + 1) * interval);
+    else
+      integrator_.advance(state_, valves_, motor_command_n_, i * interval, (i + 1) * interval);
     sensing_.sample(state_[pressure_a], state_[pressure_b]);
   }
   Measurement sensors = sensing_.read(time_s, truth());
   sensors.ideal = ideal_;
+  if (servo_) std::ranges::copy(servo_->state(static_cast<double>(intervals_) * interval), &sensors.truth[opening_a]);
   return sensors;
 }
 
 void TwinPlant::write(const Command& command) noexcept {
-  valves_.command(command.switches, static_cast<double>(intervals_) * SensingChain::interval_s);
+  const double now_s = static_cast<double>(intervals_) * SensingChain::interval_s;
+  valves_.command(command.switches, now_s);
+  if (servo_) servo_->command(command.continuous[opening_a_input], command.continuous[opening_b_input], now_s);
   motor_command_n_ = motor_force_n(command);
 }
 

@@ -4,6 +4,8 @@
 #include "experiments/systems/actuator/twin/twin_integrators.hpp"
 #include "experiments/systems/actuator/twin/twin_sensing.hpp"
 
+#include <optional>
+
 namespace solenoid {
 
 /// What a run asks of a twin: the task's plane and payload, and how far it departs from its parameters.
@@ -42,6 +44,7 @@ class TwinPlant final : public SimulatedPlant {
   ModeSet modes_;
   TwinIntegrator integrator_;
   ValveActuation valves_;
+  std::optional<ServoActuation> servo_;  // in place of valves_
   TwinState state_;
   SensingChain sensing_;
   bool ideal_;
