@@ -23,7 +23,7 @@ double pooled(const StudyFigure& figure, std::span<const Metrics* const> runs) {
   if (runs.empty()) return nan;
   double sum = 0.0, largest = -std::numeric_limits<double>::infinity();
   for (const Metrics* m : runs) {
-    const double value = m->number(figure.metric);
+    const double value = figure.of(*m);
     sum += figure.pool == Pool::geometric_mean  ? std::log(std::max(value, 1e-12))
            : figure.pool == Pool::harmonic_mean ? 1.0 / value
                                                 : value;
@@ -126,13 +126,39 @@ std::vector<StudyFigure> study_figures(const SystemDescription& system) {
   for (const MetricColumn& metric : system.metrics) {
     const std::string label = metric_heading(metric).with_unit();
     const bool judged = metric.key == system.judged.metric;
-    all.push_back({metric.key, label, metric.key,
+    const auto of = [key = metric.key](const Metrics& m) { return m.number(key); };
+    all.push_back({metric.key, label, of,
                    judged            ? StudyFigure::Pool::geometric_mean
                    : metric.harmonic ? StudyFigure::Pool::harmonic_mean
-                                     : StudyFigure::Pool::mean});
-    all.push_back({"worst_" + metric.key, "worst " + label, metric.key, StudyFigure::Pool::largest});
+                                     : StudyFigure::Pool::mean,
+                   metric.best_least});
+    all.push_back({"worst_" + metric.key, "worst " + label, of, StudyFigure::Pool::largest});
   }
+  all.push_back(
+      {"solve_p50_us", "median solve, us", [](const Metrics& m) { return m.solve_us.p50; }, StudyFigure::Pool::mean});
+  all.push_back({"worst_solve_p99_us", "99th percentile of solves, worst run, us",
+                 [](const Metrics& m) { return m.solve_us.p99; }, StudyFigure::Pool::largest});
   return all;
+}
+
+std::vector<const StudyPoint*> front_of(const Study& study, const StudyTable& table, const StudyRows& rows,
+                                        const std::string& x, const std::string& y) {
+  const SystemDescription& system = study.campaign.system->description();
+  const auto cost = [&](const StudyPoint& p, const std::string& name) {
+    const auto at = static_cast<std::size_t>(std::ranges::find(table.figures, name) - table.figures.begin());
+    return figure_named(system, name).best_least ? p.figures[at] : -p.figures[at];
+  };
+  const auto beats = [&](const StudyPoint& a, const StudyPoint& b) {
+    const double ax = cost(a, x), ay = cost(a, y), bx = cost(b, x), by = cost(b, y);
+    return ax <= bx && ay <= by && (ax < bx || ay < by);
+  };
+  std::vector<const StudyPoint*> front;
+  for (const StudyPoint& p : rows)
+    if (std::isfinite(cost(p, x)) && std::isfinite(cost(p, y)) &&
+        std::ranges::none_of(rows, [&](const StudyPoint& other) { return beats(other, p); }))
+      front.push_back(&p);
+  std::ranges::sort(front, {}, [&](const StudyPoint* p) { return cost(*p, x); });
+  return front;
 }
 
 std::optional<double> read_at(const StudyTable& table, const StudyRows& rows, const std::string& series, double x) {

@@ -3,6 +3,7 @@
 #include "experiments/campaign/run_campaign.hpp"
 #include "experiments/campaign/run_record.hpp"
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,12 +17,13 @@ struct Result;
 struct StudyFigure {
   enum class Pool { mean, geometric_mean, harmonic_mean, largest };
   std::string name;
-  std::string label;   ///< of a plot's axis
-  std::string metric;  ///< in a run
+  std::string label;                         ///< of a plot's axis
+  std::function<double(const Metrics&)> of;  ///< a run
   Pool pool;
+  bool best_least = true;
 };
 /// Of each metric of a system its mean under its own name, of the judged one the geometric mean, of a time between events
-/// the harmonic one, and as worst_NAME the largest.
+/// the harmonic one, and as worst_NAME the largest; then what solves took, solve_p50_us and worst_solve_p99_us.
 std::vector<StudyFigure> study_figures(const SystemDescription& system);
 
 /// One number of the variants, varied with everything else equal.
@@ -49,6 +51,12 @@ struct ReadAt {
   std::vector<double> values;  ///< of x
 };
 
+/// The points of a table that no other point beats in both of two figures: not worse in either, and better in one.
+struct FrontOf {
+  std::vector<std::string> x;  ///< a front each
+  std::string y;
+};
+
 /// A printed table of the thesis as one more series.
 struct PrintedSeries {
   std::string name, file, value;
@@ -64,6 +72,7 @@ struct StudyTable {
   std::optional<double> only;      ///< of the values
   std::optional<KneeOf> knee;
   std::optional<ReadAt> at;
+  std::optional<FrontOf> fronts;
   std::optional<PrintedSeries> printed;
 };
 
@@ -107,8 +116,12 @@ std::vector<StudyRows> study_rows(const Study& study, std::span<const RunRecord>
 /// What a series has of y where its x is this, or nothing where no two neighbours in x enclose it.
 std::optional<double> read_at(const StudyTable& table, const StudyRows& rows, const std::string& series, double x);
 
+/// Of these rows those on the front of two of the table's figures, in the order of x; points without numbers are on none.
+std::vector<const StudyPoint*> front_of(const Study& study, const StudyTable& table, const StudyRows& rows,
+                                        const std::string& x, const std::string& y);
+
 /// JSON: {"study", "title", "key", "tables": [{name, title, rows: [{variant, value, runs, bad, FIGURE..., to_best,
-/// knee}], at: {x, y, rows: [{variant, at, y}]}}]}. CSV: table,variant,value,runs,bad,figure,number, a line a number. Drawn are the panels.
+/// knee}], at: {x, y, rows: [{variant, at, y}]}, fronts: [{x, y, points: [{variant, value, x, y}]}]}]}. CSV: table,variant,value,runs,bad,figure,number, a line a number. Drawn are the panels.
 Result result_of(const Study& study, std::span<const StudyRows> rows);
 
 }  // namespace solenoid

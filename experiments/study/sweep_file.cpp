@@ -96,6 +96,14 @@ StudyTable read_table(TableReader& table, const Campaign& campaign, const Sweep&
     t.at = ReadAt{at.text("x", t.figures), at.text("y", t.figures), at.numbers("values", Range::positive())};
     at.finish();
   }
+  if (table.has("fronts")) {
+    TableReader fronts = table.table("fronts");
+    t.fronts = FrontOf{fronts.texts("x"), fronts.text("y", t.figures)};
+    for (const std::string& x : t.fronts->x)
+      if (!std::ranges::count(t.figures, x))
+        fronts.fail("x", fmt::format("'{}' is not a figure of the table (allowed: {})", x, fmt::join(t.figures, ", ")));
+    fronts.finish();
+  }
   if (table.has("printed")) t.printed = read_printed(table.table("printed"), t.figures.size());
   table.finish();
   return t;

@@ -83,6 +83,38 @@ Json read_off_json(const StudyTable& table, const StudyRows& rows) {
   return json;
 }
 
+std::string point_name(const StudyPoint& p) { return p.value ? fmt::format("{} at {}", p.series, *p.value) : p.series; }
+
+double figure_of(const StudyTable& table, const StudyPoint& p, const std::string& name) {
+  return p.figures[static_cast<std::size_t>(std::ranges::find(table.figures, name) - table.figures.begin())];
+}
+
+/// Who is on each front, a line a point.
+Table fronts_table(const Study& study, const StudyTable& table, const StudyRows& rows) {
+  const std::string& y = table.fronts->y;
+  Table shown{.title = fmt::format("{}: fronts of {}", table.title, y),
+              .columns = {Column("", "against", "<"), Column("", "point", "<"), Column("", "there"), Column("", y)}};
+  for (const std::string& x : table.fronts->x)
+    for (const StudyPoint* p : front_of(study, table, rows, x, y))
+      shown.add({x, point_name(*p), figure_of(table, *p, x), figure_of(table, *p, y)});
+  return shown;
+}
+
+Json fronts_json(const Study& study, const StudyTable& table, const StudyRows& rows) {
+  const std::string& y = table.fronts->y;
+  Json json = Json::array();
+  for (const std::string& x : table.fronts->x) {
+    Json points = Json::array();
+    for (const StudyPoint* p : front_of(study, table, rows, x, y))
+      points.push_back({{"variant", p->series},
+                        {"value", p->value ? Json(*p->value) : Json()},
+                        {"x", figure_of(table, *p, x)},
+                        {"y", figure_of(table, *p, y)}});
+    json.push_back({{"x", x}, {"y", y}, {"points", std::move(points)}});
+  }
+  return json;
+}
+
 std::string label_of(const Study& study, const StudyTable& table, const std::string& name) {
   const SystemDescription& system = study.campaign.system->description();
   if (name == "value" && table.across_conditions) return condition_label(study, ", ");
@@ -93,10 +125,7 @@ std::string label_of(const Study& study, const StudyTable& table, const std::str
 
 /// Where a point is on an axis; NaN if nowhere.
 double coordinate(const Study& study, const StudyTable& table, const StudyPoint& point, const std::string& name) {
-  if (name != "value") {
-    const auto at = std::ranges::find(table.figures, name) - table.figures.begin();
-    return point.figures[static_cast<std::size_t>(at)];
-  }
+  if (name != "value") return figure_of(table, point, name);
   if (!point.value) return std::nan("");
   if (table.across_conditions) return *point.value;
   const auto at = std::ranges::find(study.sweep.values, *point.value);
@@ -174,9 +203,14 @@ Result result_of(const Study& study, std::span<const StudyRows> rows) {
         result.flat->add({table.name, p.series, p.value, p.runs, p.bad, study.tables[t].figures[i], p.figures[i]});
     table.name.clear();  // it is among the facts already
     result.tables.push_back(std::move(table));
-    if (!study.tables[t].at) continue;
-    result.facts["tables"].back()["at"] = read_off_json(study.tables[t], rows[t]);
-    result.tables.push_back(read_off(study.tables[t], rows[t]));
+    if (study.tables[t].at) {
+      result.facts["tables"].back()["at"] = read_off_json(study.tables[t], rows[t]);
+      result.tables.push_back(read_off(study.tables[t], rows[t]));
+    }
+    if (study.tables[t].fronts) {
+      result.facts["tables"].back()["fronts"] = fronts_json(study, study.tables[t], rows[t]);
+      result.tables.push_back(fronts_table(study, study.tables[t], rows[t]));
+    }
   }
   return result;
 }

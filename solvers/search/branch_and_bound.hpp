@@ -153,8 +153,9 @@ class BranchAndBound final : public Solver<M> {
     const int modes = problem.modes.size(), warm = std::clamp(plan.modes[b], 0, modes - 1);
     if (incumbent == 0) return warm;
     if (incumbent == 1) return hold_ >= 0 ? hold_ : warm;
-    if (incumbent < 2 + modes) return incumbent - 2;
-    return b == 0 ? incumbent - 2 - modes : warm;
+    const int held = std::min(modes, max_lanes - least_incumbents);  // of more modes some, evenly
+    if (incumbent < 2 + held) return (incumbent - 2) * modes / held;
+    return b == 0 ? incumbent - 2 - held : warm;
   }
 
   /// Incumbents to start from: the warm start, and holding the command in force. Under a near deadline the first dive

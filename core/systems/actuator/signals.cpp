@@ -23,27 +23,29 @@ SystemDescription described() {
       {{"position", "m", "reference_m", "position", "desired position"}, "mm", 1e3, "velocity", "offset_m", 0.05}};
   s.reference_keys = {"reference_m", "reference_m_s"};
   s.outputs = {{0, 0, "position", "1/m2"}, {0, 1, "velocity", "s2/m2"}};
-  s.metrics = {
-      {.key = "rmse_mm", .heading = "RMSE mm"},
-      {.key = "mae_mm", .heading = "MAE mm"},
-      {.key = "rmse_measured_mm", .heading = "measured RMSE"},
-      {.key = "mae_measured_mm", .meaning = "MAE, measured"},
-      {.key = "sse_mean_abs_mm", .meaning = "steady state: mean |error|"},
-      {.key = "sse_abs_mean_mm", .meaning = "steady state: |mean error|"},
-      {.key = "sse_max_abs_mm", .meaning = "steady state: largest error"},
-      {.key = "ssa_mm", .meaning = "steady state: swing"},
-      {.key = "itae"},
-      {.key = "overshoot_percent", .meaning = "overshoot, %"},
-      {.key = "coil_switches", .whole = true, .heading = "switches"},
-      {.key = "switches_per_s", .heading = "switches/s", .effort = true, .detail = false},
-      {.key = "steady_switches_per_s"},
-      {.key = "busiest_coil_per_s", .meaning = "changes of the coil that changes most, 1/s"},
-      {.key = "life_years", .meaning = "until that coil's rated life ends, years of running", .harmonic = true},
-      {.key = "valves_usd", .meaning = "price of the valves, USD"},
-      {.key = "air_g", .heading = "air g", .effort = true},
-      {.key = "air_nl"},
-      {.key = "steady_air_g_per_s"},
-      {.key = "motor_rms_n", .heading = "motor N", .best_least = false}};
+  s.metrics = {{.key = "rmse_mm", .heading = "RMSE mm"},
+               {.key = "mae_mm", .heading = "MAE mm"},
+               {.key = "rmse_measured_mm", .heading = "measured RMSE"},
+               {.key = "mae_measured_mm", .meaning = "MAE, measured"},
+               {.key = "sse_mean_abs_mm", .meaning = "steady state: mean |error|"},
+               {.key = "sse_abs_mean_mm", .meaning = "steady state: |mean error|"},
+               {.key = "sse_max_abs_mm", .meaning = "steady state: largest error"},
+               {.key = "ssa_mm", .meaning = "steady state: swing"},
+               {.key = "itae"},
+               {.key = "overshoot_percent", .meaning = "overshoot, %"},
+               {.key = "coil_switches", .whole = true, .heading = "switches"},
+               {.key = "switches_per_s", .heading = "switches/s", .effort = true, .detail = false},
+               {.key = "steady_switches_per_s"},
+               {.key = "busiest_coil_per_s", .meaning = "changes of the coil that changes most, 1/s"},
+               {.key = "life_years",
+                .best_least = false,
+                .meaning = "until that coil's rated life ends, years of running",
+                .harmonic = true},
+               {.key = "valves_usd", .meaning = "price of the valves, USD"},
+               {.key = "air_g", .heading = "air g", .effort = true},
+               {.key = "air_nl"},
+               {.key = "steady_air_g_per_s"},
+               {.key = "motor_rms_n", .heading = "motor N", .best_least = false}};
   s.judged = {"rmse_mm", "true position error"};
   s.conditions = {{"payload", "kg", "payload_kg", "payload"}};
   s.consumption = {"air", "kg", "air_kg", "supply air"};

@@ -129,6 +129,41 @@ TEST(SweepStudy, TheKneeIsNearestToTheBestInBothAndTheThesisChoseIt) {
   EXPECT_FALSE(rows[1].knee);
 }
 
+/// Against a figure that is better small, and against a life, which is better long and pooled by its harmonic mean.
+TEST(SweepStudy, AFrontIsWhatNothingBeatsInBoth) {
+  const Folder folder;
+  std::string text = small_study;
+  const std::string figures = "figures   = [\"rmse_mm\", \"worst_rmse_mm\"]";
+  text.replace(text.find(figures), figures.size(),
+               "figures = [\"rmse_mm\", \"air_g\", \"life_years\", \"solve_p50_us\"]\n"
+               "fronts = { x = [\"air_g\", \"life_years\"], y = \"rmse_mm\" }");
+  text.replace(text.find("across_conditions = true\nonly      = 60\n"), 40, "");
+  const Study study = read_study(folder.write("s.toml", text));
+  // swept at 40, 60, 100, plain; one run of two in a scenario lasts three times as long
+  const auto records = records_of(study, [](const Study::Member& member, const ScenarioConfig& s, Metrics& m) {
+    const double value = member.value.value_or(0.0);
+    m["rmse_mm"] = value == 40 ? 4 : value == 60 ? 2 : value == 100 ? 3 : 1;
+    m["air_g"] = value == 40 ? 1 : value == 60 ? 2 : value == 100 ? 3 : 4;
+    m["life_years"] = (value == 40    ? 10
+                       : value == 60  ? 20
+                       : value == 100 ? 30
+                                      : 5) *
+                      (actuator(s).payload_kg > 0 ? 3.0 : 1.0);
+    m.solve_us.p50 = 7.0;
+  });
+  const StudyRows rows = study_rows(study, records).back();
+  EXPECT_DOUBLE_EQ(rows[0].figures[2], 2.0 / (1.0 / 10 + 1.0 / 30));
+  EXPECT_EQ(rows[0].figures[3], 7.0);
+  const auto values = [&](const char* x) {
+    std::vector<double> all;
+    for (const StudyPoint* p : front_of(study, study.tables.back(), rows, x, "rmse_mm"))
+      all.push_back(p->value.value_or(0.0));
+    return all;
+  };
+  EXPECT_THAT(values("air_g"), testing::ElementsAre(40, 60, 0));        // at 100 more air and more error than at 60
+  EXPECT_THAT(values("life_years"), testing::ElementsAre(100, 60, 0));  // the longest first; 40 lasts less than 60
+}
+
 TEST(SweepStudy, WhatCannotBeStudiedIsRefusedWithItsKey) {
   const Folder folder;
   const auto refusal = [&](const std::string& from, const std::string& to) {
