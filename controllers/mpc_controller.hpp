@@ -154,6 +154,7 @@ class MpcController {
     const std::int64_t begin = std::max(at.tick, slot_begin + parts_.latency_ticks);
     const int lead = static_cast<int>(begin - at.tick);
     problem.lines = now.in_flight.lines();
+    problem.begins = begin;
     const auto commanded = [&](int j) { return planned_switches(at.tick + j, problem.lines.commanded()); };
     const auto input = [&](int j, const StateOf<Model>& x) {
       return parts_.inputs.apply(problem.model, now.reference.at(at.time_s + j * tick_s_), x, planned_);

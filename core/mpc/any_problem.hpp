@@ -3,6 +3,7 @@
 #include "core/mpc/mode_set.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <numeric>
 #include <span>
@@ -72,6 +73,8 @@ class AnyProblem {
   ModeSet modes;
   Horizon horizon;
   DelayLines lines;
+  /// The tick in which it begins: what was anticipated of a problem is of use for one that begins with it.
+  std::int64_t begins = 0;
 
   virtual ~AnyProblem() = default;
   /// A copy.

@@ -92,6 +92,7 @@ struct Problem final : AnyProblem {
     bounds = from.bounds;
     initial = from.initial;
     lines = from.lines;
+    begins = from.begins;
     std::ranges::copy(from.reference, reference.begin());
     std::ranges::copy(from.setpoint, setpoint.begin());
   }

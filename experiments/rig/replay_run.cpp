@@ -15,9 +15,9 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
-#include <map>
 #include <numeric>
 #include <optional>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -28,17 +28,12 @@ namespace {
 struct LoggedPlans {
   std::int64_t arriving = -1;  ///< ticket of the plan that arrives in the tick at hand; -1: none
   int ticks_per_period;
-  std::map<std::int64_t, bool> anticipated{};  ///< whether the plan of a ticket was
+  std::set<std::int64_t> anticipated{};  ///< slots
 
   LoggedPlans(const RecordedRun& run, const Timing& timing) : ticks_per_period(timing.ticks_per_period) {
     for (const TickRecord& tick : run.ticks)
-      if (tick.decision.solved) anticipated[tick.decision.ticket] = tick.decision.report.anticipated;
-  }
-  /// Whether the next plan posed after a ticket's began from what was anticipated: with ticks skipped in between it may
-  /// be of a later slot than the one that was expected.
-  bool next_was_anticipated(std::int64_t ticket) const {
-    const auto next = anticipated.upper_bound(ticket);
-    return next != anticipated.end() && next->second;
+      if (tick.decision.solved && tick.decision.report.anticipated)
+        anticipated.insert(tick.decision.ticket / ticks_per_period);
   }
 };
 
@@ -70,7 +65,7 @@ class LoggedArrivals final : public DeferredSolver {
     return solver_->solve(problem, plan, deadline);
   }
   void do_anticipate(const AnyProblem& expected, const AnyPlan& warm_start) noexcept override {
-    if (log_.next_was_anticipated(posted_)) solver_->anticipate(expected, warm_start);
+    if (log_.anticipated.contains(posted_ / log_.ticks_per_period + 1)) solver_->anticipate(expected, warm_start);
   }
   std::size_t slot_of(std::int64_t ticket) const { return static_cast<std::size_t>(ticket / log_.ticks_per_period); }
 

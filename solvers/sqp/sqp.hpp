@@ -71,6 +71,7 @@ class Sqp final : public RelaxedSolver<M> {
   /// What a linearisation depends on beside the state and the plan.
   struct Anticipated {
     bool ready = false;
+    std::int64_t begins = 0;
     DelayLines lines;
     std::vector<OutputOf<M>> reference, setpoint;
   };

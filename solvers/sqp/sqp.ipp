@@ -13,7 +13,7 @@ void Sqp<M, P, A>::prepare(const Problem<M>& problem, const RelaxedGrid& grid) {
     point->w.assign(t_.stages(), Input::Zero());
   }
   candidate_ = RelaxedPlan<M>(problem, grid);
-  anticipated_ = {false, problem.lines, problem.reference, problem.setpoint};
+  anticipated_ = {false, problem.begins, problem.lines, problem.reference, problem.setpoint};
 }
 
 template <HybridModel M, int P, int A>
@@ -73,6 +73,7 @@ void Sqp<M, P, A>::anticipate(const Problem<M>& expected, const RelaxedPlan<M>& 
   load(expected, warm_start);
   penalty_ = damping_ = 0.0;
   anticipated_.ready = linearise(expected, Nodes::simulate);
+  anticipated_.begins = expected.begins;
   anticipated_.lines = expected.lines;
   std::ranges::copy(expected.reference, anticipated_.reference.begin());
   std::ranges::copy(expected.setpoint, anticipated_.setpoint.begin());
@@ -106,8 +107,9 @@ bool Sqp<M, P, A>::take_anticipated(const Problem<M>& problem) noexcept {
     }
     return true;
   };
-  if (!std::exchange(anticipated_.ready, false) || !(anticipated_.lines == problem.lines) ||
-      !same(anticipated_.reference, problem.reference) || !same(anticipated_.setpoint, problem.setpoint))
+  if (!std::exchange(anticipated_.ready, false) || anticipated_.begins != problem.begins ||
+      !(anticipated_.lines == problem.lines) || !same(anticipated_.reference, problem.reference) ||
+      !same(anticipated_.setpoint, problem.setpoint))
     return false;
   for (std::size_t i = 0; i < M::state_size; ++i)
     qp_.x0[static_cast<int>(i)] = (problem.initial[i] - at_.x[0][i]) / t_.scale[i];

@@ -97,20 +97,34 @@ TEST(HotPath, SearchesSolveWithoutAllocation) {
   }
 }
 
+void expect_a_loop_without_allocation(const VariantConfig& v) {
+  const Trajectory task = thesis_sine(actuator(v).nominal.equilibrium_position_m());
+  ModelPlant plant(actuator(v).nominal, v.modes, task.start(), {.ideal = false, .noise = true});
+  const auto controller = make_controller(v, task);
+  CommandLimits limits = make_limits(v);
+  MemoryRecorder recorder(100);
+  FakeClock clock;
+  ControlLoop loop(plant, clock, *controller, limits, recorder);
+  EXPECT_EQ(allocations_of([&] { loop.run(100, actuator_timing.tick_s); }), 0);
+  ASSERT_EQ(recorder.records().size(), 100u);
+  const Measurement sensors = recorder.records().back().sensors;
+  EXPECT_EQ(allocations_of([&] { controller->step(sensors); }), 0);
+}
+
 TEST(HotPath, ControllerAndLoopRunWithoutAllocation) {
   for (const char* motor : {"none", "pd", "inverse_dynamics", "in_prediction"}) {
-    const VariantConfig v = variant("two_way", motor);
-    const Trajectory task = thesis_sine(actuator(v).nominal.equilibrium_position_m());
-    ModelPlant plant(actuator(v).nominal, v.modes, task.start(), {.ideal = false, .noise = true});
-    const auto controller = make_controller(v, task);
-    CommandLimits limits = make_limits(v);
-    MemoryRecorder recorder(100);
-    FakeClock clock;
-    ControlLoop loop(plant, clock, *controller, limits, recorder);
-    EXPECT_EQ(allocations_of([&] { loop.run(100, actuator_timing.tick_s); }), 0) << motor;
-    ASSERT_EQ(recorder.records().size(), 100u);
-    const Measurement sensors = recorder.records().back().sensors;
-    EXPECT_EQ(allocations_of([&] { controller->step(sensors); }), 0) << motor;
+    SCOPED_TRACE(motor);
+    expect_a_loop_without_allocation(variant("two_way", motor));
+  }
+}
+
+TEST(HotPath, SoTheyDoOnServoValves) {
+  for (const char* motor : {"none", "in_prediction", "joint"}) {
+    SCOPED_TRACE(motor);
+    VariantConfig v = variant("servo", motor);
+    v.solver = "sqp";
+    v.estimator = "payload_ekf";
+    expect_a_loop_without_allocation(v);
   }
 }
 

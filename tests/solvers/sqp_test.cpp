@@ -113,6 +113,9 @@ TEST(Sqp, WhatWasAnticipatedOtherwiseIsNotUsed) {
   other.lines = DelayLines(1);
   after(other, false);
   other = problem;
+  other.begins += 5;
+  after(other, false);
+  other = problem;
   other.initial[1] = std::nan("");
   after(other, false);
 }
