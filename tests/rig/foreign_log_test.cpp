@@ -253,8 +253,8 @@ TEST(ForeignMcap, NumbersThatNoTickHasAreRefusedByKey) {
     return complaint_about(one_tick(json));
   };
   EXPECT_EQ(tick("coils", "15"), "accepted");
-  EXPECT_THAT(tick("coils", "-1"), HasSubstr("key 'coils': -1 (allowed: a whole number from 0 to 255)"));
-  EXPECT_THAT(tick("coils_decided", "256"), HasSubstr("coils_decided"));
+  EXPECT_THAT(tick("coils", "-1"), HasSubstr("key 'coils': -1 (allowed: a whole number from 0 to 4294967295)"));
+  EXPECT_THAT(tick("coils_decided", "4294967296"), HasSubstr("coils_decided"));
   EXPECT_THAT(tick("coils", "1.5"), HasSubstr("coils"));
   EXPECT_THAT(tick("coils", "null"), HasSubstr("coils"));
   EXPECT_THAT(tick("coils", "\"all\""), HasSubstr("no key 'coils'"));

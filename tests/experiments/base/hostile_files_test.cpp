@@ -185,7 +185,7 @@ const std::vector<HostileFile>& hostile_cases() {
        [](const Folder& f) { f.write("made.json", "[" + times("0,", 20'000'000) + "0]"); }},
       {"negative_pattern",
        "replay coils_minus_1.mcap",
-       {"coils_minus_1.mcap: tick 248 ", "key 'coils': -1", "0 to 255"}},
+       {"coils_minus_1.mcap: tick 248 ", "key 'coils': -1", "0 to 4294967295"}},
       {"negative_pattern_profiled", "profile coils_minus_1.mcap", {"coils_minus_1.mcap: tick 248 ", "key 'coils': -1"}},
       {"tick_of_no_json", "export tick_json_no_file_name.mcap", {"tick_json_no_file_name.mcap: tick 253 ", "no JSON"}},
       {"time_replayed", "replay time_huge.mcap", {"time_huge.mcap: tick 248 ", "key 'time_s'", "0 to 100000"}},
