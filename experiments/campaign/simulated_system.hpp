@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/metrics/metrics.hpp"
+#include "core/mpc/switch_fault.hpp"
 #include "experiments/campaign/scenario.hpp"
 #include "experiments/campaign/trace_layout.hpp"
 #include "experiments/plants/simulated_plant.hpp"
@@ -29,7 +30,14 @@ struct DrawnQuantity {
 /// Something between a command and what it switches that can fail by script.
 struct ActuationFault {
   std::string target, kind;  ///< "supply", "lost"
+  /// How a single switch fails, if that is what it is: the target is then what its switches are called ("coil"), and
+  /// scripts add _ and the switch's name, in lower case with _ for spaces: "coil_supply_a".
+  SwitchFaultKind of_switch = SwitchFaultKind::none;
+  std::string unit = {};  ///< of its value; empty: it has none
 };
+
+/// A switch's name as scripts write it after what the system calls its switches: "coil_supply_a".
+std::string script_name(const ActuationFault& fault, const Switch& of);
 
 /// A motion that a scenario's table `trajectory` may be, for `list trajectories`.
 struct MotionKind {

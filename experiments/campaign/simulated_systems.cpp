@@ -45,6 +45,12 @@ std::vector<MotionKind> usual_motions(const SystemDescription& system) {
       {"csv", "path", "points time_s,position_m of a file"}};
 }
 
+std::string script_name(const ActuationFault& fault, const Switch& of) {
+  std::string name = fault.target + "_" + of.name;
+  for (char& c : name) c = c == ' ' ? '_' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return name;
+}
+
 std::span<const ActuationFault> SimulatedSystem::actuation_faults() const {
   static const std::vector<ActuationFault> all = {{"switches", "stuck"}};
   return all;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/mpc/switch_fault.hpp"
 #include "core/rt/io.hpp"
 
 namespace solenoid {
@@ -9,6 +10,8 @@ class SimulatedPlant : public Plant {
  public:
   /// Of what the system's models consume, in their unit, since the start.
   virtual double consumed() const = 0;
+  /// Makes switch c fail, or be sound again, from now on. A plant whose switches cannot does nothing.
+  virtual void fail_switch(std::size_t /*c*/, const SwitchFault& /*fault*/) noexcept {}
 };
 
 }  // namespace solenoid

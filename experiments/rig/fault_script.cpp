@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -26,7 +27,9 @@ std::vector<Kind> kinds_of(const SimulatedSystem& system) {
       {"sensor", "slow", "S"},         {"sensor", "delayed", "S"},
       {"sensor", "intermittent", "S"},
   };
-  for (const ActuationFault& fault : system.actuation_faults()) kinds.push_back({fault.target, fault.kind, ""});
+  for (const ActuationFault& fault : system.actuation_faults())
+    kinds.push_back(
+        {fault.of_switch == SwitchFaultKind::none ? fault.target : fault.target + "_NAME", fault.kind, fault.unit});
   for (const Kind& kind :
        {Kind{"packets", "lost", "SHARE"}, Kind{"packets", "late", "MS"}, Kind{"packets", "repeated", "SHARE"},
         Kind{"packets", "corrupt", "SHARE"}, Kind{"process", "killed", ""}, Kind{"process", "stopped", "S"},
@@ -35,6 +38,14 @@ std::vector<Kind> kinds_of(const SimulatedSystem& system) {
         Kind{"disk", "read_only", ""}})
     kinds.push_back(kind);
   return kinds;
+}
+
+/// Whether a script's target is a kind's: "coil_NAME" stands for each of the coils, which the variant has.
+bool is_target(const std::string& kinds, const std::string& target) {
+  constexpr std::string_view any = "NAME";
+  if (!kinds.ends_with(any)) return kinds == target;
+  const std::size_t length = kinds.size() - any.size();
+  return target.size() > length && target.compare(0, length, kinds, 0, length) == 0;
 }
 
 /// A script under way, for messages.
@@ -84,7 +95,7 @@ InjectedFault parse_fault(const std::string& text, const SimulatedSystem& system
   const auto& channels = system.system().description().channels;
   const bool sensor = std::ranges::count(channels, rest, &Signal::name) > 0;
   for (const Kind& k : kinds_of(system)) {
-    if ((sensor ? "sensor" : rest) != k.target || fault.kind != k.name) continue;
+    if (!is_target(k.target, sensor ? "sensor" : rest) || fault.kind != k.name) continue;
     const bool wants = !k.unit.empty();
     if (wants != value.has_value()) script.refuse(wants ? "says no value" : "takes no value");
     if (value) fault.value = number(script, *value, "value");

@@ -24,7 +24,9 @@ struct InjectedFault {
 ///     a channel of the system            off | stuck | garbage | offset=VALUE [its unit] | slow=TIME_CONSTANT_S |
 ///                                        delayed=S | intermittent=PERIOD_S (off for a tenth of it)
 ///     switches                           stuck
-///     SimulatedSystem::actuation_faults  of the system: of the actuator valves stuck | swapped, supply lost
+///     SimulatedSystem::actuation_faults  of the system: of the actuator valves stuck | swapped, supply lost, and of
+///                                        each coil of the variant, coil_supply_a, stuck_open | stuck_closed |
+///                                        leaking=SHARE (closed, so much of it stays open) | slow=S (both edges later)
 ///     packets                            lost=SHARE | late=MS | repeated=SHARE | corrupt=SHARE
 ///     process                            killed | stopped=S | crashed
 ///     solver                             late=MS | hang | nan | throw

@@ -11,6 +11,7 @@ namespace solenoid {
 namespace {
 
 constexpr double longest_delay_ticks = 1e6;
+constexpr double longest_late_s = 0.05;  // of a slow switch
 
 }  // namespace
 
@@ -25,6 +26,11 @@ FaultyPlant::FaultyPlant(std::unique_ptr<SimulatedPlant> plant, std::vector<Inje
   const System& system = system_.system();
   const LadderSettings usual = system.ladder(variant);
   outputs_.switches = system.modes(variant).safe_pattern();
+  for (std::size_t i = 0; i < faults_.size(); ++i)
+    for (const ActuationFault& known : system_.actuation_faults())
+      if (known.of_switch != SwitchFaultKind::none && faults_[i].kind == known.kind &&
+          faults_[i].target.starts_with(known.target + "_"))
+        find_switch(i, known);
   std::size_t history = 1;
   for (const InjectedFault& fault : faults_) {
     if (fault.kind != "delayed") continue;
@@ -43,6 +49,43 @@ FaultyPlant::FaultyPlant(std::unique_ptr<SimulatedPlant> plant, std::vector<Inje
   }
 }
 
+/// Finds the switch that a script names among the variant's.
+void FaultyPlant::find_switch(std::size_t index, const ActuationFault& known) {
+  const InjectedFault& fault = faults_[index];
+  const auto refuse = [&](const std::string& problem) {
+    throw ConfigError(fmt::format("fault '{}:{}': {}", fault.target, fault.kind, problem));
+  };
+  const double most = known.of_switch == SwitchFaultKind::leaking ? 1.0 : longest_late_s;
+  if (!known.unit.empty() && !(fault.value > 0.0 && fault.value <= most))
+    refuse(fmt::format("{} is not its {} (allowed: above 0, up to {:g})", fault.value, known.unit, most));
+  const ModeSet modes = system_.system().modes(variant_);
+  std::string allowed;
+  for (std::size_t c = 0; c < modes.switches().size(); ++c) {
+    const std::string name = script_name(known, modes.switches()[c]);
+    if (name == fault.target) {
+      of_switches_.push_back({index, c, {known.of_switch, fault.value}});
+      return;
+    }
+    allowed += (allowed.empty() ? "" : ", ") + name;
+  }
+  refuse(fmt::format("'{}' has no such switch (allowed: {})", modes.name(), allowed));
+}
+
+/// Of several faults of one switch the script's last that acts counts.
+void FaultyPlant::fail_switches(double time_s) noexcept {
+  bool changed = false;
+  for (OfSwitch& of : of_switches_) {
+    const bool acts = faults_[of.index].active(time_s);
+    changed = changed || acts != of.acts;
+    of.acts = acts;
+  }
+  if (!changed) return;
+  for (const OfSwitch& of : of_switches_)
+    if (!of.acts) plant_->fail_switch(of.c, {});
+  for (const OfSwitch& of : of_switches_)
+    if (of.acts) plant_->fail_switch(of.c, of.fault);
+}
+
 double FaultyPlant::spoiled(const InjectedFault& fault, Channel& c, double value, double time_s) noexcept {
   const double off = (c.low + c.high) / 2;
   if (fault.kind == "off") return off;
@@ -58,6 +101,7 @@ Measurement FaultyPlant::read(double time_s) noexcept {
   time_s_ = time_s;
   tick_ = static_cast<std::size_t>(std::llround(std::max(0.0, time_s) / tick_s_));
   Measurement s = plant_->read(time_s);
+  fail_switches(time_s);
   ChannelValues& values = s.value;
   for (std::size_t i = 0; i < channels_.size(); ++i) {
     Channel& c = channels_[i];
@@ -78,7 +122,7 @@ void FaultyPlant::write(const Command& command) noexcept {
   for (const InjectedFault& fault : faults_) {
     if (!fault.active(time_s_)) continue;
     for (const ActuationFault& known : system_.actuation_faults())
-      if (fault.target == known.target && fault.kind == known.kind)
+      if (known.of_switch == SwitchFaultKind::none && fault.target == known.target && fault.kind == known.kind)
         reached = system_.spoiled(variant_, known, reached, outputs_);
   }
   outputs_ = reached;

@@ -15,7 +15,8 @@ namespace solenoid {
 /// garbage is anywhere in its range.
 class FaultyPlant final : public SimulatedPlant {
  public:
-  /// `variant`: of the controller, told of the scenario. Throws ConfigError for a delay of more than a million ticks.
+  /// `variant`: of the controller, told of the scenario. Throws ConfigError for a delay of more than a million ticks, and
+  /// for a switch that the variant does not have.
   FaultyPlant(std::unique_ptr<SimulatedPlant> plant, std::vector<InjectedFault> faults, const VariantConfig& variant,
               std::uint64_t seed);
 
@@ -34,7 +35,16 @@ class FaultyPlant final : public SimulatedPlant {
   std::size_t ticks_of(const InjectedFault& fault) const {
     return static_cast<std::size_t>(std::llround(fault.value / tick_s_));
   }
+  /// A fault of one switch, and whether the plant has it now.
+  struct OfSwitch {
+    std::size_t index;  ///< of the fault
+    std::size_t c;
+    SwitchFault fault;
+    bool acts = false;
+  };
   double spoiled(const InjectedFault& fault, Channel& channel, double value, double time_s) noexcept;
+  void find_switch(std::size_t index, const ActuationFault& known);
+  void fail_switches(double time_s) noexcept;
 
   std::unique_ptr<SimulatedPlant> plant_;
   std::vector<InjectedFault> faults_;
@@ -42,6 +52,7 @@ class FaultyPlant final : public SimulatedPlant {
   const SimulatedSystem& system_;
   std::vector<std::string> names_;
   std::vector<Channel> channels_;
+  std::vector<OfSwitch> of_switches_;
   std::mt19937_64 random_;
   Command outputs_;
   double tick_s_;

@@ -50,6 +50,51 @@ TEST(FaultyPlant, SpoilsWhatTheScriptSaysWhenItSays) {
   EXPECT_EQ(plant.outputs().switches, 0b1000u);
 }
 
+TEST(FaultyPlant, FailsTheCoilsThatTheScriptNames) {
+  /// Notes what fails.
+  struct Coils final : SimulatedPlant {
+    Measurement read(double) noexcept override { return {}; }
+    void write(const Command&) noexcept override {}
+    void fail_switch(std::size_t c, const SwitchFault& fault) noexcept override { of[c] = fault; }
+    double consumed() const override { return 0.0; }
+    std::array<SwitchFault, max_switches> of{};
+  };
+  auto coils = std::make_unique<Coils>();
+  const Coils& seen = *coils;
+  FaultyPlant plant(std::move(coils),
+                    parse_faults({"coil_supply_a_2:stuck_open@1+1", "coil_exhaust_b_1:leaking=0.25@1.5",
+                                  "coil_supply_b_1:slow=0.01@1"},
+                                 actuator_simulation()),
+                    with_valves("pcm_2"), 1);
+  plant.read(0.999);
+  EXPECT_EQ(seen.of[1], SwitchFault{});
+  plant.read(1.0);
+  EXPECT_EQ(seen.of[1], (SwitchFault{SwitchFaultKind::stuck_on, 0.0}));
+  EXPECT_EQ(seen.of[4], (SwitchFault{SwitchFaultKind::slow, 0.01}));
+  EXPECT_EQ(seen.of[6], SwitchFault{});
+  plant.read(2.0);
+  EXPECT_EQ(seen.of[1], SwitchFault{});
+  EXPECT_EQ(seen.of[6], (SwitchFault{SwitchFaultKind::leaking, 0.25}));
+}
+
+TEST(FaultyPlant, RefusesCoilsThatTheVariantHasNot) {
+  const auto made = [](const char* script, const char* valves) {
+    FaultyPlant(std::make_unique<Mirror>(), parse_faults({script}, actuator_simulation()), with_valves(valves), 1);
+  };
+  EXPECT_NO_THROW(made("coil_a:stuck_closed@1", "three_way"));
+  for (const char* script : {"coil_supply_c:stuck_open@1", "coil_supply_a_1:stuck_open@1",
+                             "coil_supply_a:leaking=1.5@1", "coil_supply_a:slow=0@1"})
+    EXPECT_THROW(made(script, "two_way"), ConfigError) << script;
+  try {
+    made("coil_x:stuck_open@1", "two_way");
+    FAIL();
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("coil_supply_a, coil_exhaust_a, coil_supply_b, coil_exhaust_b"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(FaultyPlant, DelaysByAsManyTicksAsTheScriptSays) {
   /// Shows the time in every channel.
   struct Clock final : SimulatedPlant {

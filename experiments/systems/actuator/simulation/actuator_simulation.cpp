@@ -124,16 +124,27 @@ class ActuatorSimulation final : public SimulatedSystem {
 
   std::string real_time_campaign() const override { return "rig"; }
   std::span<const ActuationFault> actuation_faults() const override {
-    static const std::vector<ActuationFault> all = {{"valves", "stuck"}, {"valves", "swapped"}, {"supply", "lost"}};
+    static const std::vector<ActuationFault> all = {{"valves", "stuck"},
+                                                    {"valves", "swapped"},
+                                                    {"supply", "lost"},
+                                                    {"coil", "stuck_open", SwitchFaultKind::stuck_on},
+                                                    {"coil", "stuck_closed", SwitchFaultKind::stuck_off},
+                                                    {"coil", "leaking", SwitchFaultKind::leaking, "SHARE"},
+                                                    {"coil", "slow", SwitchFaultKind::slow, "S"}};
     return all;
   }
   /// Swapped valves exchange the chambers; a lost supply leaves the supply valves without effect.
   Command spoiled(const VariantConfig& v, const ActuationFault& fault, const Command& wanted,
                   const Command& last) const override {
     if (on_servo_valves(v)) return spoiled_servo(fault, wanted, last);
-    const bool three_way = v.modes == "three_way";
-    const unsigned coils_a_chamber = three_way ? 1 : 2;
-    const SwitchPattern chamber = (SwitchPattern{1} << coils_a_chamber) - 1, supply = three_way ? 0b11u : 0b0101u;
+    const ModeSet modes = this->system().modes(v);
+    const int coils_a_chamber = modes.switch_count() / 2;
+    const SwitchPattern chamber = (SwitchPattern{1} << coils_a_chamber) - 1;
+    SwitchPattern supply = 0;
+    for (int c = 0; c < modes.switch_count(); ++c) {
+      const auto point = modes.point(SwitchPattern{1} << c);
+      if (point[fill_a] + point[fill_b] > 0.0) supply |= SwitchPattern{1} << c;
+    }
     Command reached = wanted;
     if (fault.kind == "stuck") reached.switches = last.switches;
     if (fault.kind == "swapped")

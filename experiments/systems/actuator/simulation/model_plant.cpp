@@ -48,10 +48,33 @@ void ModelPlant::write(const Command& command) noexcept {
   motor_force_n_ = motor_force_n(command);
 }
 
-void ModelPlant::advance_one_step() noexcept {
+void ModelPlant::fail_switch(std::size_t c, const SwitchFault& fault) noexcept {
+  if (c >= static_cast<std::size_t>(timing_.switches)) return;
+  faults_[c] = fault;
+  const auto later = [&](double delay_s) {
+    const double late_s = fault.kind == SwitchFaultKind::slow ? fault.value : 0.0;
+    return static_cast<int>(std::min<double>(std::round((delay_s + late_s) / tick_s_), max_delay_steps));
+  };
+  timing_.rise[c] = later(modes_.switches()[c].rise_delay_s);
+  timing_.fall[c] = later(modes_.switches()[c].fall_delay_s);
+}
+
+/// Openings with what coils that have failed add to those of the pattern, or take away.
+SwitchedOf<PneumaticActuator> ModelPlant::openings() const noexcept {
+  const SwitchPattern pattern = lines_.effective();
   SwitchedOf<PneumaticActuator> opening;
-  const auto point = modes_.point(lines_.effective());
-  std::copy(point.begin(), point.end(), opening.begin());
+  std::ranges::copy(modes_.point(pattern), opening.begin());
+  for (std::size_t c = 0; c < static_cast<std::size_t>(timing_.switches); ++c) {
+    if (faults_[c].kind == SwitchFaultKind::none) continue;
+    const double sound = ((pattern >> c) & 1u) != 0 ? 1.0 : 0.0, changed = faults_[c].opening(sound) - sound;
+    const auto with = modes_.point(SwitchPattern{1} << c), without = modes_.point(0);
+    for (std::size_t i = 0; i < opening.size(); ++i) opening[i] += changed * (with[i] - without[i]);
+  }
+  return opening;
+}
+
+void ModelPlant::advance_one_step() noexcept {
+  SwitchedOf<PneumaticActuator> opening = openings();
   if (servo_) {
     opening = servo_->openings(continuous_[opening_a_input], continuous_[opening_b_input]);
     servo_->advance();

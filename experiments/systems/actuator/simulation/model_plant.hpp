@@ -35,6 +35,7 @@ class ModelPlant final : public SimulatedPlant {
 
   Measurement read(double time_s) noexcept override;
   void write(const Command& command) noexcept override;
+  void fail_switch(std::size_t c, const SwitchFault& fault) noexcept override;
 
   /// An external force [N] on the slide from now on: what a test draws at random.
   void disturb(double force_n) noexcept { model_.set_load(model_.parameters().payload_mass_kg, force_n); }
@@ -48,6 +49,7 @@ class ModelPlant final : public SimulatedPlant {
   double consumed() const override { return air_kg_; }
 
  private:
+  SwitchedOf<PneumaticActuator> openings() const noexcept;
   void advance_one_step() noexcept;
 
   PneumaticActuator model_;
@@ -64,6 +66,7 @@ class ModelPlant final : public SimulatedPlant {
   double motor_force_n_ = 0.0, air_kg_ = 0.0;
   double push_at_s_ = std::numeric_limits<double>::infinity(), push_speed_m_s_ = 0.0;
   std::int64_t steps_done_ = 0;
+  std::array<SwitchFault, max_switches> faults_{};
   double tick_s_;
 };
 

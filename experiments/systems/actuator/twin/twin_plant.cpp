@@ -62,6 +62,10 @@ Measurement TwinPlant::read(double time_s) noexcept {
   return sensors;
 }
 
+void TwinPlant::fail_switch(std::size_t c, const SwitchFault& fault) noexcept {
+  valves_.fail(c, fault, static_cast<double>(intervals_) * SensingChain::interval_s);
+}
+
 void TwinPlant::write(const Command& command) noexcept {
   const double now_s = static_cast<double>(intervals_) * SensingChain::interval_s;
   valves_.command(command.switches, now_s);

@@ -34,8 +34,10 @@ class TwinPlant final : public SimulatedPlant {
   Measurement read(double time_s) noexcept override;
   void write(const Command& command) noexcept override;
   double consumed() const override { return state_[twin_drawn]; }
+  void fail_switch(std::size_t c, const SwitchFault& fault) noexcept override;
 
   const TwinState& state() const { return state_; }
+  const TwinPhysics& physics() const { return physics_; }
 
  private:
   ActuatorState truth() const noexcept;

@@ -5,7 +5,6 @@
 #include <limits>
 
 namespace solenoid {
-
 ValveActuation::ValveActuation(const ModeSet& modes, const ValveTravel& travel, std::uint64_t seed)
     : travel_(travel), random_(seed) {
   for (const Switch& s : modes.switches()) {
@@ -26,7 +25,8 @@ void ValveActuation::command(SwitchPattern pattern, double time_s) noexcept {
     if (((pattern ^ commanded_) >> c & 1u) == 0) continue;
     Coil& coil = coil_[c];
     const bool on = pattern >> c & 1u;
-    const double start = time_s + std::max(0.0, (on ? coil.dead_rise_s : coil.dead_fall_s) + jitter());
+    const double late = coil.fault.kind == SwitchFaultKind::slow ? coil.fault.value : 0.0;
+    const double start = time_s + late + std::max(0.0, (on ? coil.dead_rise_s : coil.dead_fall_s) + jitter());
     while (coil.count > 0 && coil.pending[coil.count - 1].start_s >= start) --coil.count;
     if (coil.count < coil.pending.size()) coil.pending[coil.count++] = {start, on};
   }
@@ -60,7 +60,20 @@ void ValveActuation::settle(double time_s) noexcept {
   }
 }
 
+void ValveActuation::fail(std::size_t c, const SwitchFault& fault, double time_s) noexcept {
+  settle(time_s);
+  if (c < coils_) coil_[c].fault = fault;
+}
+
 double ValveActuation::opening(std::size_t c, double time_s) const noexcept {
+  return coil_[c].fault.opening(sound_opening(c, time_s));
+}
+
+double ValveActuation::mean_opening(std::size_t c, double from_s, double to_s) const noexcept {
+  return coil_[c].fault.opening(sound_mean_opening(c, from_s, to_s));
+}
+
+double ValveActuation::sound_opening(std::size_t c, double time_s) const noexcept {
   const Coil& coil = coil_[c];
   double base = coil.base, since = coil.since_s;
   bool on = coil.on;
@@ -74,7 +87,7 @@ double ValveActuation::opening(std::size_t c, double time_s) const noexcept {
   return moved(base, on, time_s - since);
 }
 
-double ValveActuation::mean_opening(std::size_t c, double from_s, double to_s) const noexcept {
+double ValveActuation::sound_mean_opening(std::size_t c, double from_s, double to_s) const noexcept {
   const Coil& coil = coil_[c];
   double base = coil.base, since = coil.since_s, sum = 0.0;
   bool on = coil.on;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/mpc/mode_set.hpp"
+#include "core/mpc/switch_fault.hpp"
 #include "experiments/systems/actuator/twin/twin_parameters.hpp"
 
 #include <array>
@@ -27,6 +27,10 @@ class ValveActuation {
   /// Forgets edges that have started before `time_s`.
   void settle(double time_s) noexcept;
   std::size_t coils() const noexcept { return coils_; }
+  /// Makes coil c fail, or be sound again, from `time_s` on, which is not before the last time given to settle(). Its
+  /// plunger goes on moving as commanded underneath: a leaking valve never closes beyond its share, of a slow one edges
+  /// that are commanded from now on wait longer.
+  void fail(std::size_t c, const SwitchFault& fault, double time_s) noexcept;
 
  private:
   struct Edge {
@@ -38,12 +42,16 @@ class ValveActuation {
     double base = 0, since_s = 0;
     bool on = false;
     double dead_rise_s = 0, dead_fall_s = 0;
+    SwitchFault fault{};
     std::array<Edge, 64> pending{};
     std::size_t count = 0;
   };
   double moved(double base, bool on, double elapsed_s) const noexcept;
   double settled_at(double base, bool on, double since_s) const noexcept;
   double jitter() noexcept;
+  /// The opening of coil c if it were sound.
+  double sound_opening(std::size_t c, double time_s) const noexcept;
+  double sound_mean_opening(std::size_t c, double from_s, double to_s) const noexcept;
 
   ValveTravel travel_;
   std::size_t coils_ = 0;

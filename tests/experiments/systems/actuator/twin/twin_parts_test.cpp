@@ -93,6 +93,36 @@ TEST(TwinValves, WithoutTravelTheyAreTheDelayLines) {
   }
 }
 
+TEST(ValveActuation, FaultsChangeOpeningsAndLeaveThePlungerUnderneath) {
+  const ModeSet modes = three_way();
+  const double rise = modes.switches()[0].rise_delay_s, fall = modes.switches()[0].fall_delay_s;
+  ValveActuation valves(modes, {1e-3, 0.8e-3, 0.0}, 1), sound(modes, {1e-3, 0.8e-3, 0.0}, 1);
+  const auto both = [&](SwitchPattern pattern, double time_s) {
+    valves.command(pattern, time_s);
+    sound.command(pattern, time_s);
+  };
+  both(0b01, 0.0);
+  valves.fail(0, {SwitchFaultKind::leaking, 0.25}, 0.0);
+  for (const double t : {0.001, rise, rise + 0.3e-3, 0.01}) {
+    EXPECT_DOUBLE_EQ(valves.opening(0, t), 0.25 + 0.75 * sound.opening(0, t));
+    EXPECT_NEAR(valves.mean_opening(0, t, t + 1e-4), 0.25 + 0.75 * sound.mean_opening(0, t, t + 1e-4), 1e-12);
+    EXPECT_EQ(valves.opening(1, t), 0.0);
+  }
+  valves.fail(0, {SwitchFaultKind::stuck_off}, 0.01);
+  EXPECT_EQ(valves.opening(0, 0.011), 0.0);
+  valves.fail(0, {SwitchFaultKind::stuck_on}, 0.012);
+  both(0b00, 0.02);
+  EXPECT_EQ(valves.opening(0, 0.03), 1.0);
+  valves.fail(0, {}, 0.03);
+  EXPECT_EQ(valves.opening(0, 0.031), 0.0);
+  valves.fail(0, {SwitchFaultKind::slow, 0.01}, 0.04);
+  both(0b01, 0.04);
+  EXPECT_NEAR(valves.opening(0, 0.04 + rise + 0.01), 0.5, 1e-9);  // half open at the delay, and so much later
+  EXPECT_EQ(sound.opening(0, 0.04 + rise + 0.01), 1.0);
+  both(0b00, 0.08);
+  EXPECT_NEAR(valves.opening(0, 0.08 + fall + 0.01), 0.5, 1e-9);
+}
+
 TEST(TwinValves, MeanOpeningIsTheIntegralAndKinksAreWhereSlopesChange) {
   ValveActuation valves(three_way(), {3e-3, 1.5e-3, 0.3e-3}, 9);
   std::mt19937_64 random(4);
