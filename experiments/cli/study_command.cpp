@@ -9,6 +9,7 @@
 #include "experiments/study/fishing.hpp"
 #include "experiments/study/sweep.hpp"
 #include "experiments/systems/actuator/force_ratio/force_ratio.hpp"
+#include "experiments/systems/actuator/health/health_study.hpp"
 #include "experiments/systems/actuator/identify/coverage_study.hpp"
 
 #include <algorithm>
@@ -85,6 +86,39 @@ void add_identification(CLI::App& study, int& exit_code) {
   add_output_options(*command, options->output);
   add_figure_options(*command, options->output);
   command->callback([options, &exit_code] { exit_code = coverage(*options); });
+}
+
+struct HealthCommand {
+  HealthStudySettings settings;
+  OutputOptions output;
+};
+
+int valve_health(HealthCommand command) {
+  if (command.settings.jobs == 0)
+    command.settings.jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const InterruptGuard guard;
+  const HealthStudy study = study_valve_health(
+      command.settings, [](const std::string& what) { fmt::print(stderr, "valve-health: {}\n", what); },
+      InterruptGuard::raised);
+  command.output.write(result_of(study), !study.interrupted);
+  return study.interrupted ? interrupted : study.failed > 0 ? failure : success;
+}
+
+void add_valve_health(CLI::App& study, int& exit_code) {
+  auto options = std::make_shared<HealthCommand>();
+  HealthStudySettings& s = options->settings;
+  CLI::App* command = study.add_subcommand(
+      "valve-health", "coils that fail, on plants nobody is told of: found how soon, taken for which, error after");
+  command->add_option("--plants", s.plants, "of each row, with hidden mismatches; default 200")
+      ->check(CLI::Range(1, 100000));
+  command->add_option("--healthy-hours", s.healthy_hours, "of sound plants, for false alarms; default 0.1")
+      ->check(CLI::Range(0.0, 1000.0));
+  command->add_flag("--every-kind", s.every_kind, "valves that leak and slow ones too");
+  command->add_option("--valves", s.variants, "health_two_way or health_pcm_2; default both")->delimiter(',');
+  s.jobs = 0;
+  add_jobs_option(*command, s.jobs);
+  add_output_options(*command, options->output);
+  command->callback([options, &exit_code] { exit_code = valve_health(*options); });
 }
 
 struct SweepCommand {
@@ -215,6 +249,7 @@ void add_study(CLI::App& app, int& exit_code) {
             "the inverter's distortion against its switching frequency, by horizon");
   add_force_ratio(*study, exit_code);
   add_identification(*study, exit_code);
+  add_valve_health(*study, exit_code);
 }
 
 }  // namespace solenoid

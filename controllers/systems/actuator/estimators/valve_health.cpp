@@ -1,0 +1,212 @@
+#include "controllers/systems/actuator/estimators/valve_health.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace solenoid {
+namespace {
+
+constexpr double position_share = 0.5;  // of a new position: the potentiometer's noise is not the slide's motion
+constexpr double fit_share = 1.0 / 15;  // of a new innovation in the mean
+constexpr double hopeless_fit = 50.0;
+constexpr int forgotten_after = 60;  // ticks of equal openings: the pressure filter has forgotten the difference
+constexpr double rail_pa = 100.0;    // so near its end a sensor says no more
+constexpr std::int64_t most_missed = 50;
+
+/// Delays of coils that are all slow.
+SwitchTiming slowed(SwitchTiming timing, int ticks) {
+  for (std::size_t c = 0; c < max_switches; ++c) {
+    timing.rise[c] = std::min(timing.rise[c] + ticks, max_delay_steps);
+    timing.fall[c] = std::min(timing.fall[c] + ticks, max_delay_steps);
+  }
+  return timing;
+}
+
+bool on(SwitchPattern pattern, std::size_t c) { return ((pattern >> c) & 1u) != 0; }
+
+}  // namespace
+
+ValveHealth::ValveHealth(const PneumaticActuator& model, const ModeSet& modes, const HealthTuning& tuning)
+    : tuning_(tuning),
+      coils_(modes.switches().size()),
+      timing_(modes, tuning.tick_s),
+      slow_timing_(slowed(timing_, static_cast<int>(std::lround(tuning.late_s / tuning.tick_s)))),
+      lines_(modes.safe_pattern()),
+      slow_lines_(lines_),
+      in_effect_(modes.safe_pattern()),
+      slow_in_effect_(in_effect_),
+      before_(in_effect_),
+      slow_before_(in_effect_),
+      command_(in_effect_) {
+  std::ranges::copy(modes.point(0), offset_.begin());
+  for (const bool b : {false, true}) chambers_.push_back({ChamberFilter::Chamber(model, tuning, b), {}, {}});
+  for (std::size_t c = 0; c < coils_; ++c) {
+    std::ranges::copy(modes.point(SwitchPattern{1} << c), gain_[c].begin());
+    for (std::size_t i = 0; i < offset_.size(); ++i) gain_[c][i] -= offset_[i];
+    const std::size_t chamber = gain_[c][fill_b] != 0.0 || gain_[c][exhaust_b] != 0.0 ? 1 : 0;
+    for (const SwitchFault& fault : {SwitchFault{SwitchFaultKind::stuck_on}, SwitchFault{SwitchFaultKind::stuck_off},
+                                     SwitchFault{SwitchFaultKind::leaking, tuning.leaking_share},
+                                     SwitchFault{SwitchFaultKind::slow, tuning.late_s}})
+      for (int copy = 0; copy < tuning.copies; ++copy)
+        chambers_[chamber].hypotheses.push_back({.c = c, .fault = fault});
+  }
+}
+
+std::optional<FailedSwitch> ValveHealth::update(const Measurement& measured) noexcept {
+  const double pressure[] = {measured.value[pressure_a_channel], measured.value[pressure_b_channel]};
+  double to = measured.value[position_channel];
+  if (!started_) {
+    if (!std::isfinite(to) || !std::isfinite(pressure[0]) || !std::isfinite(pressure[1])) return {};
+    for (std::size_t i = 0; i < 2; ++i) chambers_[i].sound.start(chambers_[i].constants, pressure[i]);
+    position_m_ = to;
+    last_time_s_ = measured.time_s;
+    started_ = true;
+    return {};
+  }
+  const std::int64_t ticks = std::llround((measured.time_s - last_time_s_) / tuning_.tick_s);
+  last_time_s_ = measured.time_s;
+  to = std::isfinite(to) ? position_m_ + position_share * (to - position_m_) : position_m_;
+  for (std::int64_t k = 0; k < std::clamp<std::int64_t>(ticks, 1, most_missed); ++k) {
+    pass_tick();
+    for (std::size_t i = 0; i < 2; ++i) predict(i, k == 0 ? position_m_ : to, to);
+  }
+  position_m_ = to;
+  for (std::size_t i = 0; i < 2; ++i)
+    if (pressure[i] > tuning_.pressure_low_pa + rail_pa && pressure[i] < tuning_.pressure_high_pa - rail_pa)
+      correct(chambers_[i], pressure[i]);
+  return decide();
+}
+
+/// The command of the last tick, and what of it and of those before is in effect until this one.
+void ValveHealth::pass_tick() noexcept {
+  before_ = in_effect_;
+  slow_before_ = slow_in_effect_;
+  lines_.command(command_, timing_);
+  slow_lines_.command(command_, slow_timing_);
+  in_effect_ = lines_.effective();
+  slow_in_effect_ = slow_lines_.effective();
+  lines_.advance(1);
+  slow_lines_.advance(1);
+}
+
+/// The state of coil c over the tick under a fault, and its edge times the delay by which it came.
+double ValveHealth::state_of(std::size_t c, const SwitchFault& fault, double& edge) const noexcept {
+  const bool slow = fault.kind == SwitchFaultKind::slow;
+  const SwitchTiming& timing = slow ? slow_timing_ : timing_;
+  const bool is = on(slow ? slow_in_effect_ : in_effect_, c), was = on(slow ? slow_before_ : before_, c);
+  const double open = fault.opening(is ? 1.0 : 0.0);
+  edge = (open - fault.opening(was ? 1.0 : 0.0)) * (is ? timing.rise[c] : timing.fall[c]);
+  return open;
+}
+
+PathOpenings ValveHealth::openings(std::size_t chamber, const Hypothesis* hypothesis) const noexcept {
+  const std::size_t fill = 2 * chamber, exhaust = fill + 1;
+  PathOpenings sum{offset_[fill], offset_[exhaust], 0.0, 0.0};
+  for (std::size_t c = 0; c < coils_; ++c) {
+    if (gain_[c][fill] == 0.0 && gain_[c][exhaust] == 0.0) continue;
+    double edge = 0.0;
+    const double open = state_of(c, hypothesis && hypothesis->c == c ? hypothesis->fault : failed_[c], edge);
+    sum.fill += gain_[c][fill] * open;
+    sum.exhaust += gain_[c][exhaust] * open;
+    sum.fill_edges += gain_[c][fill] * edge;
+    sum.exhaust_edges += gain_[c][exhaust] * edge;
+  }
+  return sum;
+}
+
+void ValveHealth::predict(std::size_t i, double from_m, double to_m) noexcept {
+  Chamber& chamber = chambers_[i];
+  const ChamberFilter::Chamber& constants = chamber.constants;
+  const double from = constants.length(from_m), to = constants.length(to_m);
+  const PathOpenings sound = openings(i, nullptr);
+  for (Hypothesis& h : chamber.hypotheses) {
+    if (failed_[h.c].kind != SwitchFaultKind::none) continue;
+    h.open = openings(i, &h);
+    const bool equal = h.open == sound;
+    h.equal = equal ? h.equal + 1 : 0;
+    ++h.age;
+    if (!h.alive && !equal) begin(chamber, h, sound, from);
+  }
+  for (Hypothesis& h : chamber.hypotheses)
+    if (h.alive) h.filter.predict(constants, h.open, from, to);
+  chamber.sound.predict(constants, sound, from, to);
+}
+
+/// Begins a hypothesis from what is believed so far: that every valve is sound, or, with its evidence, another fault of the
+/// chamber. Copies of one hypothesis begin some ticks apart, because nobody knows when the fault did.
+void ValveHealth::begin(Chamber& chamber, Hypothesis& h, const PathOpenings& sound, double length_m) noexcept {
+  int youngest = tuning_.apart_ticks;
+  const Hypothesis* parent = nullptr;
+  for (const Hypothesis& other : chamber.hypotheses) {
+    if (!other.alive) continue;
+    if (other.c == h.c && other.fault == h.fault)
+      youngest = std::min(youngest, other.age);
+    else if (other.fit < tuning_.worst_fit && other.score > tuning_.change && (!parent || other.score > parent->score))
+      parent = &other;
+  }
+  if (youngest < tuning_.apart_ticks) return;
+  h.filter = parent ? parent->filter : chamber.sound;
+  h.score = parent ? parent->score - tuning_.change : 0.0;
+  h.fit = 1.0;
+  h.age = h.above = 0;
+  h.alive = true;
+  // It may have begun a little earlier or later; a uniform deviate over the gap has this variance.
+  const double parted = std::max(std::abs(h.open.fill - sound.fill), std::abs(h.open.exhaust - sound.exhaust));
+  const double per_tick = tuning_.tick_s * chamber.constants.heating * chamber.constants.choked / length_m * parted;
+  const double gap = tuning_.apart_ticks * per_tick;
+  h.filter.doubt_pressure(gap * gap / 12.0);
+}
+
+void ValveHealth::correct(Chamber& chamber, double measured_pa) noexcept {
+  const double fade = std::exp(-tuning_.tick_s / tuning_.memory_s);
+  const auto sound = chamber.sound.correct(chamber.constants, measured_pa);
+  for (Hypothesis& h : chamber.hypotheses) {
+    if (!h.alive) continue;
+    const auto own = h.filter.correct(chamber.constants, measured_pa);
+    // A hypothesis gains by being nearer to the data, not by being surer of itself: the sound filter allows for more than happens
+    // while nothing flows.
+    const double nearer = std::min(sound.squared, tuning_.clip) - std::min(own.squared, tuning_.clip);
+    h.score += 0.5 * (nearer - std::max(0.0, std::log(own.variance / sound.variance))) - tuning_.drift;
+    h.fit += fit_share * (own.squared - h.fit);
+    if (h.equal > 0) h.score *= fade;
+    h.above = h.score > threshold(h) ? h.above + 1 : 0;
+    const bool merged = h.equal > forgotten_after && h.score < 1.0;
+    if (h.score < tuning_.floor || merged || h.fit > hopeless_fit) h.alive = false;
+  }
+  // What another fault explains far better begins anew, from that one.
+  for (Hypothesis& h : chamber.hypotheses)
+    for (const Hypothesis& other : chamber.hypotheses)
+      if (h.alive && other.alive && other.fit < tuning_.worst_fit && other.score > h.score + tuning_.beaten)
+        h.alive = false;
+}
+
+double ValveHealth::threshold(const Hypothesis& h) const noexcept {
+  const bool stuck = h.fault.kind == SwitchFaultKind::stuck_on || h.fault.kind == SwitchFaultKind::stuck_off;
+  return stuck ? tuning_.stuck_threshold : tuning_.other_threshold;
+}
+
+std::optional<FailedSwitch> ValveHealth::decide() noexcept {
+  Hypothesis* best = nullptr;
+  double second = 0.0;
+  for (Chamber& chamber : chambers_)
+    for (Hypothesis& h : chamber.hypotheses) {
+      if (!h.alive || h.fit > tuning_.worst_fit) continue;
+      if (!best || h.score > best->score) best = &h;
+    }
+  for (const Chamber& chamber : chambers_)
+    for (const Hypothesis& h : chamber.hypotheses)
+      if (best && h.alive && h.fit <= tuning_.worst_fit && (h.c != best->c || h.fault != best->fault))
+        second = std::max(second, h.score);
+  if (!best || best->score <= threshold(*best)) return {};
+  const bool clear = best->score - second > tuning_.margin;
+  if (!clear && best->above * tuning_.tick_s < tuning_.patience_s) return {};
+  failed_[best->c] = best->fault;
+  for (Chamber& chamber : chambers_) {
+    const bool own = best >= chamber.hypotheses.data() && best < chamber.hypotheses.data() + chamber.hypotheses.size();
+    if (own) chamber.sound = best->filter;
+    for (Hypothesis& h : chamber.hypotheses) h.alive = h.alive && !own;
+  }
+  return FailedSwitch{best->c, best->fault};
+}
+
+}  // namespace solenoid

@@ -1,0 +1,88 @@
+#pragma once
+
+#include "controllers/switch_health.hpp"
+#include "controllers/systems/actuator/estimators/chamber_filter.hpp"
+#include "core/systems/actuator/signals.hpp"
+
+#include <array>
+#include <memory>
+#include <vector>
+
+namespace solenoid {
+
+/// Finds the coil that has failed, from the pressures, the position and what was commanded.     [estimators.md, section 7]
+///
+/// A fault touches one chamber alone, so each chamber has a bank of its own: a ChamberFilter that believes every valve sound,
+/// and one for each way in which a coil can fail. A hypothesis begins as a copy of the sound filter in the tick in which its
+/// openings part from the sound ones, and gathers
+///
+///     g_h <- g_h + clip(log p(z | h) - log p(z | sound)),   begun anew when g_h < floor
+///
+/// which is the cumulative sum of Page [7] with the onset where g_h last began: the generalised likelihood ratio over
+/// the fault's onset. The coil is called failed when the greatest g_h is above its threshold and by `margin` above every
+/// other, or has been above its threshold for `patience_s`, and h explains the pressure (mean squared innovation). From then on the sound
+/// filter has the fault in it, and a second one can be found.
+///
+/// What changes no flow cannot be seen: a valve stuck closed that nobody opens, a supply valve stuck open at a full chamber.
+///
+/// cost        two filters of 14 states a tick at least, and one for each hypothesis whose openings differ
+/// promise     no allocation, lock or exception in update and commanded
+class ValveHealth final : public SwitchHealth {
+ public:
+  /// Of the model that the controller believes. May allocate.
+  ValveHealth(const PneumaticActuator& model, const ModeSet& modes, const HealthTuning& tuning = {});
+
+  std::optional<FailedSwitch> update(const Measurement& measured) noexcept override;
+  void commanded(SwitchPattern switches) noexcept override { command_ = switches; }
+
+  /// A way in which a coil can have failed.
+  struct Hypothesis {
+    std::size_t c = 0;
+    SwitchFault fault;
+    ChamberFilter filter{};
+    PathOpenings open{};  ///< of the tick
+    double score = 0.0;   ///< g_h
+    double fit = 1.0;     ///< mean squared innovation, in variances
+    int above = 0;        ///< ticks above the threshold
+    int equal = 0;        ///< ticks since its openings differed from the sound ones
+    int age = 0;          ///< ticks since it began
+    bool alive = false;   ///< its filter is its own
+  };
+  /// Chamber 0 is A, 1 is B.
+  const ChamberFilter& sound(std::size_t chamber) const { return chambers_[chamber].sound; }
+  const std::vector<Hypothesis>& hypotheses(std::size_t chamber) const { return chambers_[chamber].hypotheses; }
+
+ private:
+  /// The states of every coil over a tick, and its edges in ticks of delay.
+  struct Coils {
+    std::array<double, max_switches> open{}, edge{};
+  };
+  struct Chamber {
+    ChamberFilter::Chamber constants;
+    ChamberFilter sound;
+    std::vector<Hypothesis> hypotheses;
+  };
+
+  void pass_tick() noexcept;
+  PathOpenings openings(std::size_t chamber, const Hypothesis* hypothesis) const noexcept;
+  double state_of(std::size_t c, const SwitchFault& fault, double& edge) const noexcept;
+  void begin(Chamber& chamber, Hypothesis& h, const PathOpenings& sound, double length_m) noexcept;
+  void predict(std::size_t chamber, double from_m, double to_m) noexcept;
+  void correct(Chamber& chamber, double measured_pa) noexcept;
+  std::optional<FailedSwitch> decide() noexcept;
+  double threshold(const Hypothesis& h) const noexcept;
+
+  HealthTuning tuning_;
+  std::size_t coils_;
+  std::array<Vector<double, 4>, max_switches> gain_{};
+  Vector<double, 4> offset_{};
+  std::array<SwitchFault, max_switches> failed_{};  // what has been found
+  SwitchTiming timing_, slow_timing_;
+  DelayLines lines_, slow_lines_;
+  SwitchPattern in_effect_, slow_in_effect_, before_, slow_before_, command_;
+  std::vector<Chamber> chambers_;
+  double position_m_ = 0.0, last_time_s_ = 0.0;
+  bool started_ = false;
+};
+
+}  // namespace solenoid
