@@ -50,8 +50,8 @@ py::array_t<T> stacked(const std::vector<InstanceRecord>& records, const ShapeOf
 /// Arrays have no room for the moments of changes that windows count.
 void require_no_windows(const VariantInstances& v) {
   if (v.config.limits.most_changes > 0)
-    throw ConfigError(fmt::format("variant '{}': instances with limits.most_changes are not arrays (allowed: without)",
-                                  v.name));
+    throw ConfigError(
+        fmt::format("variant '{}': instances with limits.most_changes are not arrays (allowed: without)", v.name));
 }
 
 py::dict arrays_of(const InstanceSet& set, const VariantInstances& v) {

@@ -8,8 +8,9 @@ namespace solenoid {
 /// What a valve configuration is built of (experiments/systems/actuator/data/parts/valves.toml, with sources).
 struct ValveHardware {
   int valves = 0;
-  double price_usd = 0.0;                 ///< of the valves alone
-  std::optional<double> rated_changes{};  ///< of the part that lasts least: switchings of a coil, on and off counted each
+  double price_usd = 0.0;  ///< of the valves alone
+  std::optional<double>
+      rated_changes{};  ///< of the part that lasts least: switchings of a coil, on and off counted each
 };
 
 /// Nothing is known, no valve and no price, of a configuration that the file does not have: a plug-in's own.
