@@ -18,6 +18,14 @@ class CommandsInFlight {
  public:
   CommandsInFlight(const ModeSet& modes, double tick_s) : modes_(modes), timing_(modes, tick_s), tick_s_(tick_s) {}
 
+  /// From now on switches act as these say, which outlive it.
+  void use(const ModeSet& left) noexcept {
+    left_ = &left;
+    timing_ = SwitchTiming(left, tick_s_);
+  }
+  /// What the switches that are left can do.
+  const ModeSet& modes() const noexcept { return left_ ? *left_ : modes_; }
+
   /// The lines as the next tick begins.
   const DelayLines& lines() const { return lines_; }
 
@@ -57,12 +65,13 @@ class CommandsInFlight {
     last_ = command;
     lines_.command(command.switches, timing_);
     const SwitchPattern in_effect = lines_.effective();
-    estimator.applied(modes_.point(in_effect), command.continuous);
+    estimator.applied(modes().point(in_effect), command.continuous);
     lines_.advance(1);
     return in_effect;
   }
 
   ModeSet modes_;
+  const ModeSet* left_ = nullptr;
   SwitchTiming timing_;
   double tick_s_;
   DelayLines lines_{modes_.safe_pattern()}, before_{lines_};

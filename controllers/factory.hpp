@@ -51,8 +51,12 @@ std::unique_ptr<FallbackLadder> make_ladder(const VariantConfig& variant, const 
 template <class Decider>
 std::unique_ptr<Controller> make_shell(const VariantConfig& v, const Motion& reference, Decider decider) {
   const System& system = system_of(v);
-  typename ControllerShell<Decider>::Parts parts{restartable(reference, system.description()), system.estimator(v),
-                                                 system.modes(v), v.timing.tick_s};
+  typename ControllerShell<Decider>::Parts parts{restartable(reference, system.description()),
+                                                 system.estimator(v),
+                                                 system.modes(v),
+                                                 v.timing.tick_s,
+                                                 system.health(v),
+                                                 system.spare_modes(v)};
   return std::make_unique<ControllerShell<Decider>>(std::move(parts), std::move(decider));
 }
 

@@ -5,6 +5,7 @@
 #include "controllers/estimators/forecast.hpp"
 #include "controllers/integral_offset.hpp"
 #include "controllers/planned_inputs.hpp"
+#include "controllers/switch_health.hpp"
 #include "core/mpc/solver.hpp"
 #include "core/rt/deferred_solver.hpp"
 #include "core/system/description.hpp"
@@ -40,6 +41,7 @@ class MpcController {
     int ticks_per_period = 5;
     std::vector<OutputSource> outputs{};  ///< of the model: what of the reference each one is to follow
     Inputs inputs{};
+    std::vector<SpareModes> spares{};  ///< the solver is prepared for, too (solver_bank.hpp)
   };
 
   /// Prepares the solver; may throw.
@@ -91,7 +93,34 @@ class MpcController {
     slot_ = -1;
   }
 
+  /// Commands the modes of spare set k from now on. Plans go on, a mode that is none any more being replaced by what is left
+  /// of it; what a solver is still at is not taken, and the next problem is posed in this tick. Once. No allocation.
+  void use(std::size_t k, std::int64_t tick) noexcept {
+    SpareModes& spare = parts_.spares[k];
+    const SwitchPattern failed = SwitchPattern{1} << spare.failed.c;
+    std::swap(parts_.problem.modes, *spare.left);
+    parts_.problem.mode_set = static_cast<int>(k) + 1;
+    timing_ = SwitchTiming(parts_.problem.modes, tick_s_);
+    for (AnyPlan* plan : {static_cast<AnyPlan*>(&plan_), static_cast<AnyPlan*>(&expected_plan_),
+                          static_cast<AnyPlan*>(&current_.plan), static_cast<AnyPlan*>(&next_.plan)})
+      rename_modes(*spare.left, parts_.problem.modes, failed, *plan);
+    oldest_ = tick;
+    slot_ = -1;
+  }
+
  private:
+  /// Numbers the plan's modes as the new set does.
+  static void rename_modes(const ModeSet& from, const ModeSet& to, SwitchPattern failed, AnyPlan& plan) noexcept {
+    for (int& mode : plan.modes) {
+      const SwitchPattern wanted = mode >= 0 && mode < from.size() ? from.pattern(mode) : to.safe_pattern();
+      mode = to.find(wanted);
+      if (mode < 0) mode = to.find(wanted & ~failed);
+      if (mode < 0) mode = to.find(to.safe_pattern());
+    }
+    plan.relaxation.known = false;
+    plan.relaxation.weights.resize(plan.modes.size() * static_cast<std::size_t>(to.size()));  // no more than there were
+  }
+
   /// A plan in force or to come.
   struct Active {
     Plan<Model> plan;

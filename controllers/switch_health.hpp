@@ -14,6 +14,12 @@ struct FailedSwitch {
   bool operator==(const FailedSwitch&) const = default;
 };
 
+/// What is left without a switch: nothing, if nothing is.
+struct SpareModes {
+  FailedSwitch failed;
+  std::optional<ModeSet> left;
+};
+
 /// Watches the switches of a plant by what its channels show. All but the constructor: no allocation, lock or exception.
 class SwitchHealth {
  public:
@@ -21,6 +27,8 @@ class SwitchHealth {
   /// Takes a tick's channels (NaN: not believed), before anything is commanded in it; returns the switch that these have
   /// shown to have failed, once.
   virtual std::optional<FailedSwitch> update(const Measurement& measured) noexcept = 0;
+  /// Whether a switch is suspected, with what was seen so far.
+  virtual bool doubts() const noexcept = 0;
   /// Tells what is commanded in this tick; said again, the last counts.
   virtual void commanded(SwitchPattern switches) noexcept = 0;
 };

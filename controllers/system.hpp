@@ -4,6 +4,7 @@
 #include "controllers/compiled_solvers.hpp"
 #include "controllers/estimators/estimator.hpp"
 #include "controllers/ladder/fallback_ladder.hpp"
+#include "controllers/switch_health.hpp"
 #include "controllers/variant_keys.hpp"
 #include "core/safety/limits.hpp"
 #include "core/system/description.hpp"
@@ -93,6 +94,11 @@ class System {
   /// A controller with a solver around it, which `decorate` has had. Throws what is impossible.
   virtual std::unique_ptr<Controller> mpc(const VariantConfig& variant, const Motion& reference,
                                           const SolverDecorator& decorate) const = 0;
+
+  /// What watches the variant's switches; nothing if it is not asked for, or the system has nothing that could.
+  virtual std::unique_ptr<SwitchHealth> health(const VariantConfig& /*variant*/) const { return nullptr; }
+  /// What is left of the mode set for each fault that health() can find.
+  virtual std::vector<SpareModes> spare_modes(const VariantConfig& /*variant*/) const { return {}; }
 
   /// What stands in for plans on the rig.
   virtual std::unique_ptr<Guard> guard(const VariantConfig& variant) const = 0;

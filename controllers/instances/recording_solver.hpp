@@ -33,7 +33,8 @@ class RecordingSolver final : public SolverAround {
     solves_ = 0;
   }
   SolveReport do_solve(const AnyProblem& problem, AnyPlan& plan, Deadline deadline) noexcept override {
-    if (solves_ % every_ == 0 && used_ < into_.size()) {
+    // What is left of a mode set has numbers of its own for modes, which the kept problem would not know.
+    if (solves_ % every_ == 0 && used_ < into_.size() && problem.mode_set == 0) {
       PosedInstance& copy = into_[used_++];
       copy.solve = solves_;
       copy.problem->copy_conditions(problem);

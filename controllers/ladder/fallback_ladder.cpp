@@ -46,9 +46,13 @@ Decision FallbackLadder::step(const Measurement& measured) noexcept {
   slot_begins_ = slot != slot_;
   slot_ = slot;
   catch_up(time_s);
-  const Plausibility::Verdict verdict = plausibility_.check(measured, expected_change(), guard_->innovations());
+  // What a model with sound switches expects is no measure while a switch is suspected.
+  const bool doubt = controller_->doubts_switches();
+  const Plausibility::Verdict verdict = plausibility_.check(measured, doubt ? ChannelValues{} : expected_change(),
+                                                            doubt ? ChannelValues{} : guard_->innovations());
   watched_ = guard_->watch(verdict.measured);
   Decision d = controller_->step(verdict.measured);
+  take_what_is_left(d);
   if (!finite(d.estimate)) d.estimate = watched_;
   look_for_danger(measured, verdict, d);
   const Rung rung = choose(d, verdict, time_s);
@@ -78,16 +82,26 @@ void FallbackLadder::catch_up(double time_s) noexcept {
   }
 }
 
+/// In the tick in which the controller does without a switch, everything here does.
+void FallbackLadder::take_what_is_left(const Decision& d) noexcept {
+  if (controller_->left() == left_) return;
+  left_ = controller_->left();
+  switch_timing_ = SwitchTiming(*left_, timing_.tick_s);
+  guard_->use(static_cast<std::size_t>(d.mode_set - 1));
+  held_mode_ = left_->safe_pattern();
+  last_ = Rung::fresh;  // a held mode is searched anew
+}
+
 void FallbackLadder::assume(const Command& command) noexcept {
   last_left_ = command;
   lines_.command(command.switches, switch_timing_);
-  guard_->applied(modes_.point(lines_.effective()), command.continuous);
+  guard_->applied(modes().point(lines_.effective()), command.continuous);
   lines_.advance(1);
 }
 
 void FallbackLadder::applied(const Command& command) noexcept {
   // The exit replaces by the safe value what it refuses: a command that was no number or no allowed pattern.
-  refused_ = !finite(decided_.continuous) || modes_.find(decided_.switches) < 0;
+  refused_ = !finite(decided_.continuous) || modes().find(decided_.switches) < 0;
   controller_->applied(command);
   assume(command);
 }
@@ -100,7 +114,7 @@ void FallbackLadder::restart(double time_s, const AxisValues& from) noexcept {
 /// Of each channel, by the switches in effect, per tick.
 ChannelValues FallbackLadder::expected_change() const noexcept {
   if (!started_ || !finite(watched_)) return {};
-  return guard_->expected_change(watched_, modes_.point(lines_.effective()));
+  return guard_->expected_change(watched_, modes().point(lines_.effective()));
 }
 
 AxisValues FallbackLadder::measured_axes(const Measurement& measured) const noexcept {
@@ -122,7 +136,8 @@ void FallbackLadder::look_for_danger(const Measurement& measured, const Plausibi
   if (started_ && measured.node_was_safe) found.add(Fault::node_safe);
   if (refused_) found.add(Fault::command_refused);
   if (const int why = stop_.load(std::memory_order_relaxed)) found.add(static_cast<Fault>(why - 1));
-  d.faults = verdict.seen;
+  if (d.faults.has(Fault::switches_lost)) found.add(Fault::switches_lost);
+  d.faults |= verdict.seen;
   d.faults |= verdict.failed;
   d.faults |= found;
   d.faults |= beyond;
@@ -194,12 +209,12 @@ void FallbackLadder::command(Rung rung, double time_s, Decision& d) noexcept {
       d.command.continuous = guard_->held_inputs(d.command.continuous);
       return;
     case Rung::backup:
-      d.command = {modes_.safe_pattern(), guard_->backup_law(d.reference, watched_)};
+      d.command = {modes().safe_pattern(), guard_->backup_law(d.reference, watched_)};
       return;
     case Rung::safe:
       break;
   }
-  d.command = {modes_.safe_pattern(), {}};
+  d.command = {modes().safe_pattern(), {}};
   if (time_s - safe_since_s_ < settings_.lowering_s && finite(watched_) && !refused_ &&
       !causes_.has(Fault::command_refused))
     d.command.continuous = guard_->brake(watched_);

@@ -76,6 +76,9 @@ class FallbackLadder final : public Controller {
   /// Latches SAFE in the next tick, for good.
   void request_stop(Fault why = Fault::stopped) noexcept { stop_.store(static_cast<int>(why) + 1); }
 
+  const ModeSet* left() const noexcept override { return controller_->left(); }
+  bool doubts_switches() const noexcept override { return controller_->doubts_switches(); }
+
   bool safe() const { return safe_; }
   const LadderCounts& counts() const { return counts_; }
 
@@ -86,6 +89,8 @@ class FallbackLadder final : public Controller {
   void consider_rearm(const Measurement& measured) noexcept;
   void catch_up(double time_s) noexcept;
   void assume(const Command& command) noexcept;
+  void take_what_is_left(const Decision& d) noexcept;
+  const ModeSet& modes() const noexcept { return left_ ? *left_ : modes_; }
   void latch(FaultSet causes, double time_s) noexcept;
   Rung choose(const Decision& d, const Plausibility::Verdict& verdict, double time_s) noexcept;
   Rung below_plans(double time_s, FaultSet failed) noexcept;
@@ -96,6 +101,7 @@ class FallbackLadder final : public Controller {
   std::unique_ptr<Controller> controller_;
   std::unique_ptr<Guard> guard_;
   ModeSet modes_;
+  const ModeSet* left_ = nullptr;  // of modes_, since a switch was found to have failed
   Timing timing_;
   SwitchTiming switch_timing_;
   RestartableReference reference_;

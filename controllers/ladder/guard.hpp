@@ -28,6 +28,9 @@ class Guard {
   /// Starts anew.
   virtual void reset() noexcept = 0;
 
+  /// Has only the k-th of the sets of what is left to choose from, from now on (System::spare_modes).
+  virtual void use(std::size_t /*k*/) noexcept {}
+
   /// A mode to hold from now on, the best of a few, in bounded time (rung dmpc).
   virtual SwitchPattern held_mode(const StateValues& state, const DelayLines& lines,
                                   const RestartableReference& reference, double time_s) noexcept = 0;

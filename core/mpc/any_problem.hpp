@@ -75,6 +75,8 @@ class AnyProblem {
   DelayLines lines;
   /// The tick in which it begins: what was anticipated of a problem is of use for one that begins with it.
   std::int64_t begins = 0;
+  /// Which of its mode sets this is, for a solver that was prepared for several (solver_bank.hpp); 0 else.
+  int mode_set = 0;
 
   virtual ~AnyProblem() = default;
   /// A copy.

@@ -93,6 +93,7 @@ struct Problem final : AnyProblem {
     initial = from.initial;
     lines = from.lines;
     begins = from.begins;
+    mode_set = from.mode_set;
     std::ranges::copy(from.reference, reference.begin());
     std::ranges::copy(from.setpoint, setpoint.begin());
   }

@@ -23,6 +23,11 @@ bool in_vain(const std::vector<double>& stays, const std::vector<double>& mode,
 
 }  // namespace
 
+const char* to_string(SwitchFaultKind kind) {
+  static constexpr std::array names = {"sound", "stuck on", "stuck off", "leaking", "slow"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
 std::optional<ModeSet> with_fault(const ModeSet& modes, std::size_t c, const SwitchFault& fault, double dt,
                                   std::span<const std::array<std::size_t, 2>> opposed) {
   if (c >= modes.switches().size())

@@ -15,6 +15,9 @@ enum class SwitchFaultKind : std::uint8_t {
   slow,       ///< both its edges take effect later than they did
 };
 
+/// The kind in words: "stuck on".
+const char* to_string(SwitchFaultKind kind);
+
 /// How a switch has failed.
 struct SwitchFault {
   SwitchFaultKind kind = SwitchFaultKind::none;
@@ -46,7 +49,7 @@ struct SwitchFault {
 ///     slow        both delays of c longer by `value`, at most to max_delay_steps of `dt`
 ///
 /// A stuck switch is commanded off: of the modes those stay that do not use it, each once. `opposed` says of a pair of
-/// switched inputs (i, j) that i undoes what j does (a chamber's supply and its exhaust). Of a switch stuck on, or
+/// switched inputs (i, j) that i undoes what j does. Of a switch stuck on, or
 /// leaking, modes in which inputs that are opposed to its own are open, but by less than what stays on of it, are left
 /// out: they spend and turn nothing round. The safe pattern stays a mode: with it, the switch off, wherever that is one.
 ///

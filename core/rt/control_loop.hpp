@@ -71,6 +71,7 @@ class ControlLoop {
     record.sensors = plant_.read(time_s);
     const double measured = clock_.now_s();
     record.decision = controller_.step(record.sensors);
+    limits_.restrict_to(controller_.left());
     record.applied = limits_.checked(record.decision.command);
     const double decided = clock_.now_s();
     plant_.write(record.applied);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/mpc/plan.hpp"
+#include "core/mpc/switch_fault.hpp"
 #include "core/reference/motion.hpp"
 #include "core/rt/io.hpp"
 #include "core/safety/faults.hpp"
@@ -40,10 +41,13 @@ struct Decision {
   std::int64_t ticket = -1;  ///< of a plan that arrived in this tick: the tick its problem was posed in
   SolveReport report;
   Rung rung = Rung::fresh;
-  bool planned = true;   ///< whether any plan stands behind the switches
-  int plan_age = 0;      ///< ticks since the plan's first block began
-  FaultSet faults;       ///< seen in this tick
-  FaultSet safe_causes;  ///< what latched SAFE
+  bool planned = true;     ///< whether any plan stands behind the switches
+  int plan_age = 0;        ///< ticks since the plan's first block began
+  FaultSet faults;         ///< seen in this tick
+  FaultSet safe_causes;    ///< what latched SAFE
+  int mode_set = 0;        ///< which switches are commanded: 0 all of them, k + 1 the k-th set of those that are left
+  int failed_switch = -1;  ///< the switch that was found to have failed, from then on; -1: none
+  SwitchFaultKind failed_as = SwitchFaultKind::none;
 };
 
 /// A controller turns measurements into a command once a tick. step, applied, restart: no allocation, lock or exception.
@@ -56,6 +60,12 @@ class Controller {
   virtual void applied(const Command& /*command*/) noexcept {}
   /// Begins the task anew at `time_s` from these values of the axes, without a jump of the reference.
   virtual void restart(double /*time_s*/, const AxisValues& /*from*/) noexcept {}
+  /// The modes of the switches that are left, from the tick on in which one was found to have failed; until then nullptr. It
+  /// lives as long as the controller.
+  virtual const ModeSet* left() const noexcept { return nullptr; }
+  /// Whether a switch is suspected, or was only just found to have failed: what channels show is then at odds with what the
+  /// switches should do, and no channel is to be blamed for it.
+  virtual bool doubts_switches() const noexcept { return false; }
 };
 
 }  // namespace solenoid

@@ -18,7 +18,9 @@ std::string to_string(FaultSet faults, const SystemDescription& system) {
                                                         "I/O safe",
                                                         "no plan",
                                                         "stopped",
-                                                        "aborted"};
+                                                        "aborted",
+                                                        system.switch_noun + " failed",
+                                                        "too many " + system.switch_noun + "s failed"};
   std::string text;
   const auto add = [&text](const std::string& name) { text += (text.empty() ? "" : ", ") + name; };
   for (std::size_t channel = 0; channel < system.channels.size(); ++channel)

@@ -31,12 +31,14 @@ enum class Fault : std::uint8_t {
   no_plan,          ///< every rung that stands in for the solver is used up
   stopped,          ///< by the operator, or at the end of the run
   aborted,          ///< by the program: the log, the preparation
+  switch_failed,    ///< a switch was found to have failed; the others go on
+  switches_lost,    ///< and nothing is left, or a second one has
 };
 /// How many of them there are.
-inline constexpr int other_faults = 8;
+inline constexpr int other_faults = 10;
 
 /// A set of faults, one bit each, as logs keep them: the kinds of channels 0 to 2 in bits 0 to 23, the other faults in
-/// 24 to 31, the kinds of channels 3 to 5 from bit 32 on.
+/// 24 to 31, the kinds of channels 3 to 5 from bit 32 on, what is behind the eighth of the other faults from bit 56 on.
 class FaultSet {
  public:
   /// Channels whose kinds come before the other faults.
@@ -45,9 +47,9 @@ class FaultSet {
   constexpr FaultSet() = default;
   constexpr explicit FaultSet(std::uint64_t bits) : bits_(bits) {}
   constexpr void add(std::size_t channel, SensorFault kind) noexcept { bits_ |= bit(index(channel, kind)); }
-  constexpr void add(Fault fault) noexcept { bits_ |= bit(first_other + static_cast<int>(fault)); }
+  constexpr void add(Fault fault) noexcept { bits_ |= bit(index(fault)); }
   constexpr bool has(std::size_t channel, SensorFault kind) const noexcept { return bits_ & bit(index(channel, kind)); }
-  constexpr bool has(Fault fault) const noexcept { return bits_ & bit(first_other + static_cast<int>(fault)); }
+  constexpr bool has(Fault fault) const noexcept { return bits_ & bit(index(fault)); }
   constexpr bool any(std::size_t channel) const noexcept {
     return bits_ & (std::uint64_t{(1u << sensor_fault_kinds) - 1} << index(channel, SensorFault{}));
   }
@@ -64,6 +66,11 @@ class FaultSet {
     const int place = static_cast<int>(channel) + (channel >= channels_below ? 1 : 0);
     return place * sensor_fault_kinds + static_cast<int>(kind);
   }
+  static constexpr int index(Fault fault) {
+    const int i = static_cast<int>(fault);
+    return i < sensor_fault_kinds ? first_other + i : further_others + i - sensor_fault_kinds;
+  }
+  static constexpr int further_others = 56;
   static constexpr int first_other = static_cast<int>(channels_below) * sensor_fault_kinds;
   static constexpr std::uint64_t bit(int i) { return std::uint64_t{1} << i; }
   std::uint64_t bits_ = 0;

@@ -32,6 +32,13 @@ class CommandLimits {
   /// Changes the rates from the next command on.
   void set_rates(const CommandRates& rates) noexcept { rates_ = rates; }
 
+  /// From now on allows only modes of these, too, which outlive it, and has their safe pattern; nullptr: no change.
+  void restrict_to(const ModeSet* left) noexcept {
+    if (!left || left == left_) return;
+    left_ = left;
+    safe_ = left->safe_pattern();
+  }
+
   /// What may leave in place of the wanted command, once a tick.
   Command checked(const Command& wanted) noexcept {
     Command left = safe_command();
@@ -59,7 +66,9 @@ class CommandLimits {
   std::int64_t slowed() const { return slowed_; }  ///< commands that the rates changed
 
  private:
-  bool allowed(SwitchPattern pattern) const noexcept { return std::ranges::binary_search(allowed_, pattern); }
+  bool allowed(SwitchPattern pattern) const noexcept {
+    return std::ranges::binary_search(allowed_, pattern) && (!left_ || left_->find(pattern) >= 0);
+  }
 
   /// Switches that would be switched on again too soon stay off; the rest must still be an allowed pattern.
   SwitchPattern held(SwitchPattern wanted) noexcept {
@@ -81,6 +90,7 @@ class CommandLimits {
   }
 
   std::vector<SwitchPattern> allowed_;  // ascending
+  const ModeSet* left_ = nullptr;
   ContinuousValues most_{};
   CommandRates rates_;
   SwitchPattern safe_;

@@ -7,6 +7,7 @@
 #include "experiments/rig/fault_table.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 #include <CLI/CLI.hpp>
 
@@ -25,7 +26,8 @@ std::vector<ProcessOutcome> in_a_folder(const std::string& variant) {
 }
 
 int faults(const FaultsArguments& options) {
-  const auto simulated = simulated_faults(options.variant);
+  auto simulated = simulated_faults(options.variant);
+  std::ranges::move(coil_faults(options.variant), std::back_inserter(simulated));
   const auto processes = options.simulated_only ? std::vector<ProcessOutcome>{} : in_a_folder(options.variant);
   options.output.write(result_of(simulated, processes));
   const bool good = std::all_of(simulated.begin(), simulated.end(), [](const auto& f) { return f.in_range; }) &&
@@ -38,7 +40,7 @@ int faults(const FaultsArguments& options) {
 void add_faults(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<FaultsArguments>();
   CLI::App* command =
-      app.add_subcommand("faults", "provokes every fault of sensors, solver, processes; what they lead to");
+      app.add_subcommand("faults", "provokes every fault of sensors, coils, solver, processes; what they lead to");
   command->add_option("--variant", options->variant, "a shipped variant that is real time; default nine_state")
       ->type_name(value_kind::variant);
   add_output_options(*command, options->output, {"table", "json"});

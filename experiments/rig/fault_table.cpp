@@ -94,7 +94,7 @@ struct Observer {
   FaultOutcome& out;
   FaultSet known{};
 
-  void record(const TickRecord& t) noexcept {
+  void record(const TickRecord& t) {
     const Decision& d = t.decision;
     out.in_range =
         out.in_range && modes.find(t.applied.switches) >= 0 && std::abs(t.applied.continuous[0]) <= motor_limit_n;
@@ -108,6 +108,9 @@ struct Observer {
     const bool noticed = (d.faults.bits() & ~known.bits()) != 0 || d.rung != Rung::fresh;
     if (noticed && out.detected_ms < 0) out.detected_ms = since_ms;
     if (out.detected_ms >= 0 && out.acted_ms < 0 && d.rung != Rung::fresh) out.acted_ms = since_ms - out.detected_ms;
+    if (d.failed_switch >= 0 && out.note.empty())
+      out.note = fmt::format("{} {}", modes.switches()[static_cast<std::size_t>(d.failed_switch)].name,
+                             to_string(d.failed_as));
     out.worst = std::max(out.worst, d.rung);
     if (d.rung == Rung::safe) out.causes |= d.safe_causes;
     out.largest_error_mm =
@@ -126,7 +129,8 @@ FaultOutcome simulate_fault(const std::string& variant_name, const std::string& 
   const std::vector<InjectedFault> faults = parse_faults({fault}, actuator_simulation());
   const Campaign campaign = read_campaign("rig", {{variant_name}, {"cycloidal"}});
   const ScenarioConfig& scenario = campaign.scenarios.front();
-  const VariantConfig variant = told(campaign.variants.front(), scenario);
+  VariantConfig variant = told(campaign.variants.front(), scenario);
+  if (fault.starts_with("coil_")) actuator(variant).valve_health = true;
   const double tick_s = variant.timing.tick_s;
   require_real_time(variant);
   FaultyPlant plant(make_plant(variant, scenario, 1), faults, variant, 1);
@@ -175,6 +179,22 @@ std::vector<FaultOutcome> simulated_faults(const std::string& variant) {
   for (const char* kind : {"hang", "nan", "throw"}) add(fmt::format("solver:{}", kind), true);
   add("position:garbage", true, 0.3, 0.6);
   add("position:garbage", true, 0.8, 0.6);
+  return table;
+}
+
+std::vector<FaultOutcome> coil_faults(const std::string& variant_name) {
+  std::vector<FaultOutcome> table;
+  const VariantConfig variant = shipped_variant(variant_name);
+  const ModeSet modes = system_of(variant).modes(variant);
+  for (const ActuationFault& kind : actuator_simulation().actuation_faults()) {
+    if (kind.of_switch != SwitchFaultKind::stuck_on && kind.of_switch != SwitchFaultKind::stuck_off) continue;
+    for (const bool moving : {false, true})
+      for (const Switch& coil : modes.switches()) {
+        const std::string what = fmt::format("{}:{}", script_name(kind, coil), kind.kind);
+        const double from_s = moving ? moving_s : rest_s;
+        table.push_back(simulate_fault(variant_name, what, fmt::format("{}@{}", what, from_s), moving, from_s + 2.5));
+      }
+  }
   return table;
 }
 

@@ -28,6 +28,10 @@ struct FaultOutcome {
 /// is not known or not real time.
 std::vector<FaultOutcome> simulated_faults(const std::string& variant);
 
+/// Each coil of the variant stuck open and stuck closed, at rest and moving, found and done without: `valve_health` is on. The
+/// note says which coil was called failed, and as what.
+std::vector<FaultOutcome> coil_faults(const std::string& variant);
+
 /// One of them: `fault` in the grammar of fault_script.hpp, its time included; re-armed at `rearm_at_s` if not
 /// negative.
 FaultOutcome simulate_fault(const std::string& variant, const std::string& name, const std::string& fault, bool moving,

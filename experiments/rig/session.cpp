@@ -197,6 +197,7 @@ RunLogSettings log_settings(const SessionSettings& settings, const SystemDescrip
           .start_ns = wall_ns(),
           .udp_ports = settings.udp_ports,
           .live_socket = settings.live_socket,
+          .switches = {},
           .about = settings.about,
           .write = disk_with(settings.faults)};
 }
@@ -278,6 +279,8 @@ SessionResult run_session(Plant& plant, const VariantConfig& chosen, const Scena
   Statistics statistics(settings.duration_s, timing.tick_s);
   RunLogSettings to = log_settings(settings, system);
   if (&system != &system_of(variant).description()) to.about["inputs"] = input_names(system);
+  const ModeSet modes = system_of(scenario).modes(variant);
+  for (const Switch& s : modes.switches()) to.switches.push_back(s.name);
   if (!settings.at_start_position) begin_off_the_start(plant, system, *ladder, to);
   RunLog log(to, [&](const TickRecord& tick) { statistics.add(tick); });
 

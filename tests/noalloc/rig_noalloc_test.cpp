@@ -1,10 +1,12 @@
 #include "controllers/factory.hpp"
 #include "controllers/systems/actuator/actuator_guard.hpp"
+#include "core/config/document.hpp"
 #include "core/rt/allocation_guard.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "core/rt/ring.hpp"
 #include "core/systems/actuator/signals.hpp"
+#include "experiments/base/embedded.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/simulated_system.hpp"
 #include "experiments/rig/background.hpp"
@@ -48,6 +50,30 @@ TEST(HotPath, TheLadderAllocatesNothingOnAnyRung) {
   EXPECT_EQ(AllocationGuard::thread_allocations() - before, 0);
   EXPECT_TRUE(recorder.seen[static_cast<std::size_t>(Rung::fresh)]);
   EXPECT_TRUE(recorder.seen[static_cast<std::size_t>(Rung::safe)]);
+}
+
+/// The tick in which a coil is found to have failed, and what is left takes the bank's place everywhere, allocates nothing.
+TEST(HotPath, DoingWithoutACoilAllocatesNothing) {
+  /// Notes the set of modes that is commanded from.
+  struct Sets {
+    void record(const TickRecord& tick) noexcept { last = tick.decision.mode_set; }
+    int last = 0;
+  };
+  const Campaign campaign = read_campaign(
+      Document::from_text(std::string(embedded_text("tasks/valve_health.toml")), "tasks/valve_health.toml"));
+  const ScenarioConfig scenario = campaign.scenarios.at(205);
+  const VariantConfig variant = told(campaign.variants.front(), scenario);
+  const auto ladder = make_ladder(variant, scenario.trajectory, actuator_ladder());
+  FaultyPlant plant(make_plant(variant, scenario, 1),
+                    parse_faults({"coil_exhaust_a:stuck_open@0.5"}, actuator_simulation()), variant, 1);
+  CommandLimits limits = make_limits(variant);
+  Sets recorder;
+  FakeClock clock;
+  ControlLoop loop(plant, clock, *ladder, limits, recorder);
+  const std::int64_t before = AllocationGuard::thread_allocations();
+  loop.run(2000, actuator_timing.tick_s);
+  EXPECT_EQ(AllocationGuard::thread_allocations() - before, 0);
+  EXPECT_GT(recorder.last, 0);
 }
 
 TEST(HotPath, PacketsAreMadeAndReadWithoutAllocation) {

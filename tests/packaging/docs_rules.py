@@ -124,6 +124,8 @@ RULES = [
          until=r"127\.0\.0\.1"),
     Rule(r"identify --log bench\.(?:csv|mcap) .*", "a log of the reader's", "identify --help"),
     Rule(r"study identification.*", "minutes: test_experiments has six seeds", "study identification --help"),
+    Rule(r"study valve-health.*", "thousands of runs",
+         "study valve-health --plants 1 --healthy-hours 0.001 --valves health_two_way"),
     Rule(r"report DIR", "a placeholder", lambda *_: ["compare campaign.toml --out shown", "report shown"]),
     # list, check, COMMAND
     Rule(r"COMMAND --help", "each command", lambda match, subcommands: [f"{name} --help" for name in subcommands]),

@@ -9,6 +9,7 @@
 #include "experiments/rig/fault_table.hpp"
 #include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
 
+#include <cctype>
 #include <cmath>
 #include <limits>
 
@@ -401,6 +402,28 @@ TEST(FaultTable, EveryFaultEndsWhereItShouldAndNothingOutOfRangeLeaves) {
       EXPECT_EQ(f.last, Rung::fresh);
     }
   }
+}
+
+// Each coil stuck, at rest and moving: noticed, named where it shows itself, and no command out of range; where it is named, plans go
+// on without it.
+TEST(FaultTable, CoilsThatAreStuckAreNamedAndDoneWithout) {
+  const auto coil_of = [](const std::string& text) {  // "supply A stuck on" and "coil_supply_a:stuck_open@1" alike
+    std::string name = text.starts_with("coil_") ? text.substr(5) : text;
+    for (char& c : name) c = c == ' ' ? '_' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return name.substr(0, name.find("_stuck")).substr(0, name.find(':'));
+  };
+  int named = 0, rows = 0;
+  for (const FaultOutcome& f : coil_faults("nine_state")) {
+    SCOPED_TRACE(f.fault + " " + f.note);
+    ++rows;
+    EXPECT_TRUE(f.in_range);
+    EXPECT_GE(f.detected_ms, 0.0);
+    if (coil_of(f.note) != coil_of(f.fault)) continue;
+    ++named;
+    EXPECT_EQ(f.worst, Rung::fresh);
+  }
+  EXPECT_EQ(rows, 16);
+  EXPECT_GE(named, 14);
 }
 
 }  // namespace

@@ -158,6 +158,52 @@ TEST(Run, OnlyTheNodesKeyOpensIt) {
   }
 }
 
+/// A coil of the emulated bank sticks: the run finds it, says so in its log, and goes on to its end without it.
+TEST(Run, DoesWithoutACoilThatSticksOnTheEmulator) {
+  const Folder folder;
+  folder.write("rig.toml", patient_limits);
+  folder.write("health.toml", R"(
+variants = ["watched"]
+[variant.watched]
+summary  = "nine states, coils watched"
+valves   = "two_way"
+solver   = "branch_and_bound"
+horizon  = { steps = 100, blocks = [4, 16] }
+cost     = { position = 1.0, switching = 2e-8 }
+motor    = "in_prediction"
+valve_health = true
+[[scenario]]
+name       = "moving"
+trajectory = { kind = "sine", frequency_hz = 0.5, lead_s = 1.0 }
+plant      = "twin"
+noise      = true
+)");
+  const int port = test::free_udp_port();
+  const ProgramRun run = run_program(
+      folder,
+      fmt::format("run watched --campaign health.toml --plant emulator --node 127.0.0.1:{} --rig rig.toml --duration 3 "
+                  "--quiet --out out",
+                  port),
+      fmt::format("{{ '{}' emulator --campaign health.toml --variant watched --port {} --fault "
+                  "coil_exhaust_a:stuck_open@1.5 --idle-exit 20 --report node.json & }} 2>node.txt; sleep 0.5;",
+                  SOLENOID_PROGRAM, port));
+  EXPECT_EQ(run.exit_code, 0) << run.err << run.out;
+  const auto ticks = read_run(folder.file("out/moving--watched--s1.mcap")).ticks;
+  ASSERT_GT(ticks.size(), 2000u);
+  bool named = false;
+  for (const TickRecord& t : ticks) {
+    if (t.decision.failed_switch < 0) continue;
+    if (!named) {
+      EXPECT_GT(t.sensors.time_s, 1.0);  // the node's time began when its session did, before the run's
+    }
+    named = true;
+    EXPECT_EQ(t.decision.failed_switch, 1);
+    EXPECT_GT(t.decision.mode_set, 0);
+    EXPECT_EQ((t.applied.switches >> 1) & 1u, 0u);
+  }
+  EXPECT_TRUE(named);
+}
+
 /// A disk of a megabyte: the log fills it, the run ends in SAFE for it, and everybody is told.
 TEST(Run, AFullDiskHidesNeitherSafeNorItsCause) {
   const Folder folder;

@@ -23,7 +23,7 @@ SwitchedOf<PneumaticActuator> openings(std::span<const double> point) {
 }  // namespace
 
 ActuatorGuard::ActuatorGuard(const PneumaticActuator& model, const ModeSet& modes, std::optional<MotorGains> motor,
-                             double tick_s, std::optional<ServoPair> servo)
+                             double tick_s, std::optional<ServoPair> servo, const std::vector<SpareModes>& spares)
     : model_(model),
       tick_s_(tick_s),
       candidates_(model, modes, tick_s),
@@ -31,6 +31,11 @@ ActuatorGuard::ActuatorGuard(const PneumaticActuator& model, const ModeSet& mode
       new_watch_(watch_),
       servo_(servo) {
   if (motor) motor_.emplace(model, *motor);
+  spare_candidates_.reserve(spares.size());
+  for (const SpareModes& spare : spares) {
+    spare_of_.push_back(spare.left ? spare_candidates_.size() : none);
+    if (spare.left) spare_candidates_.emplace_back(model, *spare.left, tick_s);
+  }
 }
 
 StateValues ActuatorGuard::watch(const Measurement& believed) noexcept {
@@ -41,6 +46,10 @@ StateValues ActuatorGuard::watch(const Measurement& believed) noexcept {
 void ActuatorGuard::applied(std::span<const double> opening, const ContinuousValues& continuous) noexcept {
   opening_ = servo_ ? servo_->openings(continuous[opening_a_input], continuous[opening_b_input]) : openings(opening);
   watch_.applied(opening_, continuous[motor_input]);
+}
+
+void ActuatorGuard::use(std::size_t k) noexcept {
+  if (k < spare_of_.size() && spare_of_[k] != none) in_use_ = &spare_candidates_[spare_of_[k]];
 }
 
 ChannelValues ActuatorGuard::innovations() const noexcept { return padded<max_channels>(watch_.innovations()); }
@@ -61,7 +70,7 @@ bool ActuatorGuard::at_rest(const StateValues& state) const noexcept {
 
 SwitchPattern ActuatorGuard::held_mode(const StateValues& state, const DelayLines& lines,
                                        const RestartableReference& reference, double time_s) noexcept {
-  return candidates_.search(actuator_state(state), lines, reference, time_s);
+  return in_use_->search(actuator_state(state), lines, reference, time_s);
 }
 
 ContinuousValues ActuatorGuard::held_inputs(const ContinuousValues& decided) const noexcept {

@@ -19,6 +19,8 @@ void add_motor(const KeyGroup& all) {
       "motor", OWN(motor), {"none", "pd", "inverse_dynamics", "in_prediction", "joint"},
       "the motor's law; `in_prediction`: pd, and the prediction knows it; `joint`: a planned force, on top of that "
       "law, or in its place with `sqp` and `ipopt`");
+  all.flag("valve_health", OWN(valve_health),
+           "whether coils that are stuck, leak or are slow are found from the pressures and done without");
   all.add("motor_gains.proportional", OWN(motor_gains.proportional), Range::non_negative(), "N/m", "K_pe");
   all.add("motor_gains.derivative", OWN(motor_gains.derivative), Range::non_negative(), "N s/m", "K_de");
 }

@@ -1,14 +1,17 @@
 #include "controllers/factory.hpp"
 #include "controllers/mpc_controller.hpp"
+#include "controllers/solver_bank.hpp"
 #include "controllers/systems/actuator/actuator_guard.hpp"
 #include "controllers/systems/actuator/actuator_keys.hpp"
 #include "controllers/systems/actuator/actuator_variant.hpp"
 #include "controllers/systems/actuator/estimators/servo_estimator.hpp"
+#include "controllers/systems/actuator/estimators/valve_health.hpp"
 #include "core/config/reader.hpp"
 #include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
 
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <optional>
 #include <stdexcept>
@@ -93,6 +96,14 @@ void check_servo(const TableReader& table, const VariantConfig& v) {
 /// The servo valves as the variant believes them.
 ServoPair servo_pair(const VariantConfig& v) { return {actuator(v).nominal.servo, v.timing.tick_s}; }
 
+/// What finds a coil that fails needs a controller that can do without it.
+void check_health(const TableReader& table, const VariantConfig& v) {
+  if (actuator(v).valve_health && find_row(system_of(v).laws(), v.solver))
+    table.fail("valve_health", fmt::format("the law '{}' cannot do without a coil (allowed: with a solver)", v.solver));
+  if (actuator(v).valve_health && on_servo_valves(v))
+    table.fail("valve_health", fmt::format("'{}' has no coils (allowed: with valves that switch)", v.modes));
+}
+
 template <HybridModel Model>
 Problem<Model> actuator_problem_of(const VariantConfig& v) {
   const Model model = make_model<Model>(v);
@@ -122,16 +133,40 @@ Inputs make_inputs(const VariantConfig& v) {
     return motor;
 }
 
+/// Chambers: what supply and exhaust do undoes what the other does.
+constexpr std::array<std::array<std::size_t, 2>, 2> chambers = {{{fill_a, exhaust_a}, {fill_b, exhaust_b}}};
+
+HealthTuning health_tuning(const VariantConfig& v) {
+  HealthTuning tuning;
+  tuning.tick_s = v.timing.tick_s;
+  const EstimatorTuning& sensors = actuator(v).estimation;
+  if (sensors.pressure_filter_hz > 0.0) tuning.filter_hz = sensors.pressure_filter_hz;
+  tuning.pressure_low_pa = sensors.pressure_low_pa;
+  tuning.pressure_high_pa = sensors.pressure_high_pa;
+  return tuning;
+}
+
+/// A solver for the variant's valves, and one for each set of what is left of them.
+AnySolverPtr solvers_of(const VariantConfig& v, const std::vector<SpareModes>& spares) {
+  AnySolverPtr first = make_solver(v);
+  if (spares.empty()) return first;
+  std::vector<std::pair<ModeSet, AnySolverPtr>> others;
+  for (const SpareModes& spare : spares)
+    if (spare.left) others.emplace_back(*spare.left, make_solver(v));
+  return std::make_unique<SolverBank>(std::move(first), std::move(others));
+}
+
 template <HybridModel Model>
 std::unique_ptr<Controller> actuator_mpc(const VariantConfig& v, const Motion& reference,
                                          const SolverDecorator& decorate) {
-  AnySolverPtr solver = make_solver(v);
+  const std::vector<SpareModes> spares = system_of(v).spare_modes(v);
+  AnySolverPtr solver = solvers_of(v, spares);
   if (decorate) solver = decorate(std::move(solver));
   using Inputs = std::conditional_t<std::derived_from<Model, ServoActuator>, ServoInputs, MotorInputs>;
   using Mpc = MpcController<Model, Inputs>;
   return make_shell(v, reference,
                     Mpc({actuator_problem_of<Model>(v), std::move(solver), v.integral, v.deadline_ms, v.latency_ticks,
-                         v.timing.ticks_per_period, actuator_description().outputs, make_inputs<Inputs>(v)}));
+                         v.timing.ticks_per_period, actuator_description().outputs, make_inputs<Inputs>(v), spares}));
 }
 
 /// Calls back with the type of the variant's model, as a null pointer to it.
@@ -174,6 +209,7 @@ class ActuatorSystem final : public System {
     check_estimation(table, actuator(v).estimation);
     check_servo(table, v);
     check_joint(table, v);
+    check_health(table, v);
   }
   /// The plane in which the arm moves; none leaves the parameters' own.
   void tell(VariantConfig& v, const std::string& setting) const override {
@@ -211,12 +247,26 @@ class ActuatorSystem final : public System {
     return with_model(v, [&]<class M>(M*) { return actuator_mpc<M>(v, reference, decorate); });
   }
 
+  std::unique_ptr<SwitchHealth> health(const VariantConfig& v) const override {
+    if (!actuator(v).valve_health) return nullptr;
+    return std::make_unique<ValveHealth>(make_model<PneumaticActuator>(v), modes(v), health_tuning(v));
+  }
+  std::vector<SpareModes> spare_modes(const VariantConfig& v) const override {
+    std::vector<SpareModes> spares;
+    if (!actuator(v).valve_health) return spares;
+    const ModeSet all = modes(v);
+    for (const FailedSwitch& failed : ValveHealth::findable(all, health_tuning(v)))
+      spares.push_back({failed, with_fault(all, failed.c, failed.fault, v.timing.tick_s, chambers)});
+    return spares;
+  }
+
   std::unique_ptr<Guard> guard(const VariantConfig& v) const override {
     std::optional<MotorGains> motor;
     if (actuator(v).hybrid()) motor = actuator(v).motor_gains;
     std::optional<ServoPair> servo;
     if (on_servo_valves(v)) servo = servo_pair(v);
-    return std::make_unique<ActuatorGuard>(make_model<PneumaticActuator>(v), modes(v), motor, v.timing.tick_s, servo);
+    return std::make_unique<ActuatorGuard>(make_model<PneumaticActuator>(v), modes(v), motor, v.timing.tick_s, servo,
+                                           spare_modes(v));
   }
   LadderSettings ladder(const VariantConfig& v) const override { return actuator_ladder(actuator(v).nominal); }
 };

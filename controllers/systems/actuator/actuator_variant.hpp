@@ -28,6 +28,7 @@ struct ActuatorVariant {
   SlidingSettings sliding;
   PhaseSettings phases;
   ServoSettings servo;
+  bool valve_health = false;           ///< whether coils that fail are found and done without
   double terminal_acceleration = 0.0;  ///< weight of ExtendedCostSearch
 
   /// Whether a motor helps the cylinder.

@@ -123,6 +123,15 @@ void RunLog::note_changes(const TickRecord& tick) {
   if (tick.decision.faults.bits() & ~faults_.bits())
     event(t, "fault", to_string(tick.decision.faults, *settings_.system));
   faults_ = tick.decision.faults;
+  if (tick.decision.failed_switch != failed_switch_) {
+    failed_switch_ = tick.decision.failed_switch;
+    const auto c = static_cast<std::size_t>(failed_switch_);
+    event(t, "switch",
+          fmt::format("{} {} {}: {}", settings_.system->switch_noun,
+                      c < settings_.switches.size() ? settings_.switches[c] : std::to_string(c),
+                      to_string(tick.decision.failed_as),
+                      tick.decision.mode_set > 0 ? "the others go on without it" : "nothing is left"));
+  }
   if (tick.decision.rung == rung_) return;
   rung_ = tick.decision.rung;
   const bool safe = rung_ == Rung::safe;

@@ -30,6 +30,7 @@ struct RunLogSettings {
   double flush_s = 0.25;                     ///< a chunk of the log
   std::vector<int> udp_ports;                ///< of 127.0.0.1, which get every tenth tick as JSON
   int live_socket = -1;                      ///< of the live page, which gets the same as a message
+  std::vector<std::string> switches;         ///< their names, for messages
   std::map<std::string, std::string> about;  ///< of the run: what a replay needs
   /// How bytes reach the file: as ::write, or a disk that fails on purpose.
   std::function<ssize_t(int file, const char* bytes, std::size_t size)> write = ::write;
@@ -82,6 +83,7 @@ class RunLog {
   std::string json_;
   Rung rung_ = Rung::fresh;
   FaultSet faults_;
+  int failed_switch_ = -1;
   int dumps_ = 0;
   std::int64_t ticks_ = 0;
   std::atomic<bool> stop_{false}, failed_{false};

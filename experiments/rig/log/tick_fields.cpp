@@ -115,6 +115,10 @@ void add_ladder(const Fields& fields, const SystemDescription& s) {
   fields.add("plan_age", "ticks since the plan in force began", AT(decision.plan_age), true);
   fields.add_faults("faults", "seen in this tick, a bit each", AT(decision.faults), 0);
   fields.add_faults("safe_causes", "what latched SAFE, a bit each", AT(decision.safe_causes), 0);
+  fields.add("failed_switch", fmt::format("the {} that was found to have failed, from 0; -1: none", s.switch_noun),
+             AT(decision.failed_switch), true);
+  fields.add("mode_set", "which switches are commanded: 0 all, else a set of those that are left",
+             AT(decision.mode_set), true);
   if (s.channels.size() <= FaultSet::channels_below) return;
   fields.add_faults("faults_more", "of the channels from the fourth on", AT(decision.faults), 32);
   fields.add_faults("safe_causes_more", "of the channels from the fourth on", AT(decision.safe_causes), 32);

@@ -87,7 +87,8 @@ void ChamberFilter::predict(const Chamber& c, const PathOpenings& open, double f
   const double heat = heat_of_walls(c, length);
   const double next = std::max(0.0, p + in + out - stroke * p + heat + t.tick_s * mean_[unexplained]);
   const double flow = mean_[fill_factor] * s_fill * fill.value + mean_[exhaust_factor] * s_exhaust * exhaust.value;
-  follow_temperature(c, next * to / std::max(p * from, 1.0), flow * t.tick_s, p * c.area * from);
+  if (t.heat_transfer > 0.0)
+    follow_temperature(c, next * to / std::max(p * from, 1.0), flow * t.tick_s, p * c.area * from);
   const double fade = std::exp(-t.tick_s / t.leak_memory_s);
 
   std::array<double, size> row{};

@@ -26,7 +26,8 @@ struct HealthTuning {
   double delay_sigma = 0.15;                  ///< of the coils' relative lateness
   double supply_sigma_pa = 12e3;              ///< of the supply pressure
   double supply_memory_s = 0.5;               ///< within which it may change
-  double heat_transfer = 50.0;                ///< of the chamber's walls [W/(m2 K)]: some tens in small cylinders
+  /// Of the chamber's walls [W/(m2 K)], some tens in small cylinders. 0: air stays at the supply's temperature, as the model has it.
+  double heat_transfer = 50.0;
   double leak_sigma_pa_per_s = 20e3;  ///< of the pressure's rate that no flow explains (heat), memory leak_memory_s
   double leak_memory_s = 0.1;
   double white_pa = 60.0;     ///< of one tick
@@ -45,6 +46,7 @@ struct HealthTuning {
   double beaten = 10.0;        ///< so far behind another fault of its coil a hypothesis begins anew
   double memory_s = 1.0;       ///< evidence of ticks in which a hypothesis says the same as none fades
   double stuck_threshold = 17.0, other_threshold = 20.0;
+  double doubt = 8.0;        ///< evidence from which a coil is suspected
   double margin = 6.0;       ///< over every other hypothesis
   double patience_s = 0.05;  ///< so long above the threshold, the best is taken whatever the margin
   double worst_fit = 8.0;    ///< mean squared innovation, in variances, up to which a hypothesis explains the data

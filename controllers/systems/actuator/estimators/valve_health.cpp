@@ -22,6 +22,12 @@ SwitchTiming slowed(SwitchTiming timing, int ticks) {
   return timing;
 }
 
+std::array<SwitchFault, 4> faults_of(const HealthTuning& tuning) {
+  return {SwitchFault{SwitchFaultKind::stuck_on}, SwitchFault{SwitchFaultKind::stuck_off},
+          SwitchFault{SwitchFaultKind::leaking, tuning.leaking_share},
+          SwitchFault{SwitchFaultKind::slow, tuning.late_s}};
+}
+
 bool on(SwitchPattern pattern, std::size_t c) { return ((pattern >> c) & 1u) != 0; }
 
 }  // namespace
@@ -44,12 +50,17 @@ ValveHealth::ValveHealth(const PneumaticActuator& model, const ModeSet& modes, c
     std::ranges::copy(modes.point(SwitchPattern{1} << c), gain_[c].begin());
     for (std::size_t i = 0; i < offset_.size(); ++i) gain_[c][i] -= offset_[i];
     const std::size_t chamber = gain_[c][fill_b] != 0.0 || gain_[c][exhaust_b] != 0.0 ? 1 : 0;
-    for (const SwitchFault& fault : {SwitchFault{SwitchFaultKind::stuck_on}, SwitchFault{SwitchFaultKind::stuck_off},
-                                     SwitchFault{SwitchFaultKind::leaking, tuning.leaking_share},
-                                     SwitchFault{SwitchFaultKind::slow, tuning.late_s}})
+    for (const SwitchFault& fault : faults_of(tuning))
       for (int copy = 0; copy < tuning.copies; ++copy)
         chambers_[chamber].hypotheses.push_back({.c = c, .fault = fault});
   }
+}
+
+std::vector<FailedSwitch> ValveHealth::findable(const ModeSet& modes, const HealthTuning& tuning) {
+  std::vector<FailedSwitch> all;
+  for (std::size_t c = 0; c < modes.switches().size(); ++c)
+    for (const SwitchFault& fault : faults_of(tuning)) all.push_back({c, fault});
+  return all;
 }
 
 std::optional<FailedSwitch> ValveHealth::update(const Measurement& measured) noexcept {
@@ -183,6 +194,13 @@ void ValveHealth::correct(Chamber& chamber, double measured_pa) noexcept {
 double ValveHealth::threshold(const Hypothesis& h) const noexcept {
   const bool stuck = h.fault.kind == SwitchFaultKind::stuck_on || h.fault.kind == SwitchFaultKind::stuck_off;
   return stuck ? tuning_.stuck_threshold : tuning_.other_threshold;
+}
+
+bool ValveHealth::doubts() const noexcept {
+  for (const Chamber& chamber : chambers_)
+    for (const Hypothesis& h : chamber.hypotheses)
+      if (h.alive && h.fit <= tuning_.worst_fit && h.score > tuning_.doubt) return true;
+  return false;
 }
 
 std::optional<FailedSwitch> ValveHealth::decide() noexcept {

@@ -16,9 +16,9 @@ namespace solenoid {
 /// and one for each way in which a coil can fail. A hypothesis begins as a copy of the sound filter in the tick in which its
 /// openings part from the sound ones, and gathers
 ///
-///     g_h <- g_h + clip(log p(z | h) - log p(z | sound)),   begun anew when g_h < floor
+///     g_h <- g_h + (min(n_0, c) - min(n_h, c) - max(0, log S_h/S_0))/2 - d,   n = nu^2/S, begun anew below the floor   (7.5)
 ///
-/// which is the cumulative sum of Page [7] with the onset where g_h last began: the generalised likelihood ratio over
+/// which is the cumulative sum of Page [9] with the onset where g_h last began: the generalised likelihood ratio over
 /// the fault's onset. The coil is called failed when the greatest g_h is above its threshold and by `margin` above every
 /// other, or has been above its threshold for `patience_s`, and h explains the pressure (mean squared innovation). From then on the sound
 /// filter has the fault in it, and a second one can be found.
@@ -32,7 +32,11 @@ class ValveHealth final : public SwitchHealth {
   /// Of the model that the controller believes. May allocate.
   ValveHealth(const PneumaticActuator& model, const ModeSet& modes, const HealthTuning& tuning = {});
 
+  /// Every fault that can be found.
+  static std::vector<FailedSwitch> findable(const ModeSet& modes, const HealthTuning& tuning);
+
   std::optional<FailedSwitch> update(const Measurement& measured) noexcept override;
+  bool doubts() const noexcept override;
   void commanded(SwitchPattern switches) noexcept override { command_ = switches; }
 
   /// A way in which a coil can have failed.

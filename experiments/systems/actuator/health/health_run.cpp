@@ -1,8 +1,6 @@
 #include "experiments/systems/actuator/health/health_run.hpp"
 
 #include "controllers/factory.hpp"
-#include "controllers/systems/actuator/actuator_variant.hpp"
-#include "controllers/systems/actuator/estimators/valve_health.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "experiments/base/processes.hpp"
@@ -106,7 +104,6 @@ HealthRun run_with_fault(const VariantConfig& chosen, const ScenarioConfig& scen
   FailingTwin plant(*twin, modes, twin->physics().parameters(), fault, tick_s);
   const auto controller = make_controller(variant, scenario.trajectory);
   CommandLimits limits = make_limits(variant);
-  ValveHealth health(make_model<PneumaticActuator>(variant), modes);
 
   HealthRun run;
   MeanSquare before, after;
@@ -114,19 +111,15 @@ HealthRun run_with_fault(const VariantConfig& chosen, const ScenarioConfig& scen
   for (std::int64_t k = 0; k < ticks; ++k) {
     const double now_s = static_cast<double>(k) * tick_s;
     const Measurement measured = plant.read(now_s);
-    const auto found = health.update(measured);
     const Decision d = controller->step(measured);
+    limits.restrict_to(controller->left());
     const Command left = limits.checked(d.command);
     plant.write(left);
     controller->applied(left);
-    health.commanded(left.switches);
     if (tick) tick(measured, left, plant.changed_pa());
-    if (found) {
-      ++run.found_count;
-      if (!run.found) {
-        run.found = found;
-        run.found_s = now_s;
-      }
+    if (d.failed_switch >= 0 && !run.found) {
+      run.found = FailedSwitch{static_cast<std::size_t>(d.failed_switch), {d.failed_as, 0.0}};
+      run.found_s = now_s;
     }
     const double error_mm = 1e3 * (d.reference.axis[0].value - measured.truth[position]);
     if (!fault || now_s < fault->at_s) before.add(error_mm);

@@ -34,7 +34,6 @@ struct HealthRun {
   double before_mm = 0.0,
          after_mm = 0.0;  ///< root mean square error of the true position before the fault, and after it was found
   double until_s = 0.0;   ///< the run ended
-  int found_count = 0;    ///< coils called failed
 };
 
 /// One run of a variant in a scenario on the truth plant, with its controller's exit and a coil that fails; `ends_after_s` behind the

@@ -92,8 +92,8 @@ std::string work(const Setting& setting, const Item& item) {
   ScenarioConfig scenario = setting.plant(item);
   Json list = Json::array();
   if (item.healthy) {
-    const HealthRun run = run_with_fault(variant, scenario, item.seed, {}, scenario.duration_s);
-    return Json{{"alarms", run.found_count}, {"s", run.until_s}}.dump();
+    const HealthRun run = run_with_fault(variant, scenario, item.seed, {}, 0.0);
+    return Json{{"alarms", run.found ? 1 : 0}, {"s", run.until_s}}.dump();
   }
   const double at_s = moment(item);
   scenario.duration_s = std::min(scenario.duration_s, item.scenario == 0 ? 3.2 : at_s + 1.5);
@@ -116,11 +116,14 @@ void add(HealthRow& row, const Json& run) {
   if (right) ++row.right_coil;
   if (found >= 0 && !right && !run.value("early", false)) ++row.wrong_coil;
   if (right) row.after_mm.push_back(number("after"));
-  if (shown < 0 || (found < 0 && number("until") - shown < found_within_s)) return;
+  // What was found from less than it takes to show itself, and then did no more harm, was found in time.
+  const bool before_it_showed = right && shown < 0;
+  if ((shown < 0 && !right) || (found < 0 && number("until") - shown < found_within_s)) return;
   ++row.shown;
   if (!right) return;
-  row.delays_s.push_back(std::max(0.0, found - shown));
-  if (run.value("kind", false) && found - shown <= found_within_s) ++row.in_time;
+  const double delay_s = before_it_showed ? 0.0 : std::max(0.0, found - shown);
+  row.delays_s.push_back(delay_s);
+  if (run.value("kind", false) && delay_s <= found_within_s) ++row.in_time;
 }
 
 Setting setting_of(const HealthStudySettings& settings) {
