@@ -42,8 +42,8 @@ struct HealthTuning {
   double drift = 0.02;         ///< evidence that is lost each tick
   int copies = 2;              ///< of a hypothesis, begun at other moments
   int apart_ticks = 4;         ///< between their beginnings
-  double change = 3.0;         ///< evidence that a fault becoming another of the same coil costs
-  double beaten = 10.0;        ///< so far behind another fault of its coil a hypothesis begins anew
+  double change = 3.0;         ///< evidence that a fault becoming another of the chamber costs
+  double beaten = 10.0;        ///< so far behind another fault of the chamber a hypothesis begins anew
   double memory_s = 1.0;       ///< evidence of ticks in which a hypothesis says the same as none fades
   double stuck_threshold = 17.0, other_threshold = 20.0;
   double doubt = 8.0;        ///< evidence from which a coil is suspected
@@ -65,7 +65,8 @@ struct PathOpenings {
 ///                                                                                     [estimators.md, section 7]
 ///     x  = (P, z_1..z_8, f, e, l, P_s, w)   pressure, the filter's lag, factors of supply and exhaust flow, relative lateness of
 ///                                           the coils, supply pressure, a rate that nothing explains
-///     P+ = P + dt (k R T/(A L) (f (s_f - l r_f) fill(P, P_s) + e (s_e - l r_e) exhaust(P)) + w) - k P dL/L
+///     P+ = P + dt (k R T/(A L) (f (s_f - l r_f) fill(P, P_s) + e (s_e - l r_e) T/T_s exhaust(P)) + q + w) - k P dL/L   (7.2)
+///     q  = the walls' heat (7.3), T the air's temperature (7.4), T_s the supply's
 ///     z+ = PressureLag(P, P+),   z measured = lag's output + noise
 ///
 /// The flow laws are the model's (4.23)-(4.27); within near_pa of the supply pressure the root is a line, so that a
