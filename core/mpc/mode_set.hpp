@@ -273,7 +273,7 @@ class DelayLines {
   };
   /// How many of them are remembered, and the i-th, oldest first.
   std::size_t changes() const { return changes_; }
-  Change change(std::size_t i) const { return {change_switch_[i], age_of(change_at_[i])}; }
+  Change change(std::size_t i) const { return {change_switch_[i], age_of(change_at_[i])}; }  ///< the i-th
   /// The lines of a record: line(c) gives `lines`[c], every further switch is off and free to change; then what windows
   /// count.
   static DelayLines restored(SwitchPattern commanded, std::span<const Line> lines,

@@ -64,7 +64,7 @@ TEST(LimitKeys, AreRefusedByName) {
   EXPECT_THAT(refused("least_position_m = 0.1\nmost_position_m = 0.05\n"), says("limits.most_position_m", "0.1"));
   EXPECT_THAT(refused("penalty_position = 1\n"), says("limits.penalty_position", "softens nothing"));
   EXPECT_THAT(refused("least_on_ms = 100\n"), says("limits", "min_on"));
-  EXPECT_THAT(refused("least_on_ms = -1\n"), says("limits.least_on_ms", "> 0"));
+  EXPECT_THAT(refused("least_on_ms = -1\n"), says("limits.least_on_ms", "above 0"));
   EXPECT_THAT(refused("most_changes = 20\nwindow_ms = 100\n"), says("limits", "80 changes"));
   EXPECT_THAT(refused("least_angle = 1\n"), says("least_angle", "not"));
   EXPECT_THAT(refused("least_on_ms = 8\n", "motor = 'in_prediction'\nhorizon = { steps = 40 }\n"), "accepted");
@@ -94,7 +94,7 @@ TEST(LimitKeys, WithoutAPlanTheLadderTakesOverAndSaysWhy) {
   const LadderCounts& counts = ladder->counts();
   EXPECT_GT(counts.infeasible, 70);
   EXPECT_GT(counts.slots[static_cast<std::size_t>(Rung::held)], 70);
-  EXPECT_EQ(counts.slots[static_cast<std::size_t>(Rung::fresh)], 0);
+  EXPECT_LE(counts.slots[static_cast<std::size_t>(Rung::fresh)], 1);  // before the first sample is believed
   EXPECT_EQ(counts.first_broken.kind, BrokenLimit::Kind::state);
   const std::string words = broken_limit_text(counts.first_broken, system_of(variant).description(),
                                               system_of(variant).modes(variant), variant.timing.tick_s);

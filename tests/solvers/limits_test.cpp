@@ -40,7 +40,7 @@ class Judge {
     for (std::size_t b = 0; b < plan.modes.size(); ++b)
       all.insert(all.end(), static_cast<std::size_t>(problem.horizon.blocks[b]), modes_.pattern(plan.modes[b]));
     for (int c = 0; c < modes_.switch_count(); ++c)
-      if (const std::string wrong = broken_by(c, all); !wrong.empty()) return wrong;
+      if (std::string wrong = broken_by(c, all); !wrong.empty()) return wrong;
     return broken_states(problem, all);
   }
 
@@ -68,6 +68,7 @@ class Judge {
   std::string broken_states(const Problem<Hybrid>& problem, const std::vector<SwitchPattern>& all) const {
     const SwitchTiming timing(modes_, problem.horizon.dt_s);
     std::vector<NaiveLine> lines;
+    lines.reserve(static_cast<std::size_t>(modes_.switch_count()));
     for (int c = 0; c < modes_.switch_count(); ++c) lines.emplace_back(on(all.front(), c));
     StateOf<Hybrid> x = problem.initial;
     for (std::size_t t = 0; t < all.size(); ++t) {

@@ -128,7 +128,7 @@ template <class Inputs>
 Inputs make_inputs(const VariantConfig& v) {
   MotorInputs motor = make_motor(v, make_model<PneumaticActuator>(v));
   if constexpr (std::same_as<Inputs, ServoInputs>)
-    return ServoInputs(std::move(motor), actuator(v).servo, actuator(v).motor == "joint");
+    return ServoInputs(motor, actuator(v).servo, actuator(v).motor == "joint");
   else
     return motor;
 }

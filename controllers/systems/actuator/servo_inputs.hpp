@@ -26,11 +26,8 @@ struct ServoSettings {
 class ServoInputs {
  public:
   /// Where the plan has no share of the motor's force, what rounding leaves of one is none.
-  ServoInputs(MotorInputs motor, const ServoSettings& settings, bool plans_motor)
-      : motor_(std::move(motor)),
-        overlap_(settings.compensation),
-        transition_(settings.transition),
-        plans_motor_(plans_motor) {}
+  ServoInputs(const MotorInputs& motor, const ServoSettings& settings, bool plans_motor)
+      : motor_(motor), overlap_(settings.compensation), transition_(settings.transition), plans_motor_(plans_motor) {}
 
   void believe(const EstimateDetail& found, PneumaticActuator& model) noexcept { motor_.believe(found, model); }
 

@@ -175,7 +175,7 @@ std::vector<HealthRow> rows_of(const Setting& setting) {
 double quantile(std::vector<double> values, double share) {
   if (values.empty()) return std::nan("");
   std::ranges::sort(values);
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
+  return values[static_cast<std::size_t>(std::lround(share * static_cast<double>(values.size() - 1)))];
 }
 
 }  // namespace
