@@ -69,38 +69,39 @@ ModeSet::ModeSet(std::string name, std::vector<Switch> switches, std::vector<Mod
       switches_(std::move(switches)),
       modes_(std::move(modes)),
       offset_(std::move(offset)),
+      gain_(std::move(gain)),
       one_at_a_time_(std::move(one_at_a_time)) {
   require(switches_.size() <= max_switches,
           fmt::format("mode set '{}': {} switches; at most {}", name_, switches_.size(), max_switches));
-  require(gain.size() == switches_.size(), fmt::format("mode set '{}': one gain column a switch", name_));
+  require(gain_.size() == switches_.size(), fmt::format("mode set '{}': one gain column a switch", name_));
   require(offset_.size() <= max_switched,
           fmt::format("mode set '{}': {} switched inputs; at most {}", name_, offset_.size(), max_switched));
-  for (std::size_t c = 0; c < gain.size(); ++c)
-    require(gain[c].size() == offset_.size(), fmt::format("mode set '{}': gain of switch '{}' needs {} entries", name_,
-                                                          switches_[c].name, offset_.size()));
+  for (std::size_t c = 0; c < gain_.size(); ++c)
+    require(gain_[c].size() == offset_.size(), fmt::format("mode set '{}': gain of switch '{}' needs {} entries", name_,
+                                                           switches_[c].name, offset_.size()));
   by_pattern_ = by_pattern(name_, switches_.size(), modes_);
   check_groups(name_, switches_.size(), one_at_a_time_);
   safe_ = safe.value_or(find(0) >= 0 ? SwitchPattern{0} : pattern(0));
   require(find(safe_) >= 0, fmt::format("mode set '{}': the safe pattern {:b} is no mode", name_, safe_));
-  tabulate(gain);
+  tabulate();
 }
 
-void ModeSet::tabulate(const std::vector<std::vector<double>>& gain) {
-  chunk_patterns_ = SwitchPattern{1} << std::min(chunk, gain.size());
-  for (std::size_t first = 0; first == 0 || first < gain.size(); first += chunk) {
-    const std::size_t last = std::min(first + chunk, gain.size());
+void ModeSet::tabulate() {
+  chunk_patterns_ = SwitchPattern{1} << std::min(chunk, gain_.size());
+  for (std::size_t first = 0; first == 0 || first < gain_.size(); first += chunk) {
+    const std::size_t last = std::min(first + chunk, gain_.size());
     for (SwitchPattern pattern = 0; pattern < chunk_patterns_; ++pattern)
       for (std::size_t row = 0; row < offset_.size(); ++row) {
         double value = first == 0 ? offset_[row] : 0.0;
         for (std::size_t c = first; c < last; ++c)
-          if ((pattern >> (c - first)) & 1u) value += gain[c][row];
+          if ((pattern >> (c - first)) & 1u) value += gain_[c][row];
         sums_.push_back(value);
       }
   }
   lowering_.assign(offset_.size(), 0);
   for (std::size_t row = 0; row < offset_.size(); ++row)
-    for (std::size_t c = 0; c < gain.size(); ++c)
-      if (gain[c][row] < 0.0) lowering_[row] |= SwitchPattern{1} << c;
+    for (std::size_t c = 0; c < gain_.size(); ++c)
+      if (gain_[c][row] < 0.0) lowering_[row] |= SwitchPattern{1} << c;
 }
 
 int ModeSet::find(SwitchPattern pattern) const {
@@ -157,6 +158,14 @@ void SwitchTiming::take_windows(const ModeSet& modes, double dt) {
   if (counted > max_window_changes)
     require(false, fmt::format("mode set '{}': windows of {} changes of all switches together (allowed: {})",
                                modes.name(), counted, max_window_changes));
+}
+
+std::vector<int> SwitchTiming::edges() const {
+  std::vector<int> all = {0};
+  for (std::size_t c = 0; c < static_cast<std::size_t>(switches); ++c) all.insert(all.end(), {rise[c], fall[c]});
+  std::ranges::sort(all);
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
 }
 
 int SwitchTiming::longest_dwell() const {

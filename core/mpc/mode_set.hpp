@@ -105,6 +105,10 @@ class ModeSet {
   SwitchPattern safe_pattern() const { return safe_; }
   /// How many switched inputs the model has.
   std::size_t switched_size() const { return offset_.size(); }
+  /// The switched inputs with every switch off; switched_size() numbers.
+  std::span<const double> offset() const { return offset_; }
+  /// What switch c adds to them when it is on; switched_size() numbers.
+  std::span<const double> gain(std::size_t c) const { return gain_[c]; }
   /// The model's switched inputs at any pattern; switched_size() numbers.
   SwitchedPoint point(SwitchPattern pattern) const {
     SwitchedPoint at;
@@ -133,6 +137,7 @@ class ModeSet {
   std::vector<Switch> switches_;
   std::vector<Mode> modes_;
   std::vector<double> offset_;
+  std::vector<std::vector<double>> gain_;
   std::vector<SwitchPattern> one_at_a_time_;
   SwitchPattern safe_ = 0;
   static constexpr std::size_t chunk = 8;  // switches whose sums are looked up together
@@ -147,7 +152,7 @@ class ModeSet {
       for (std::size_t i = 0; i < size; ++i) into[i] += sums[(rest & in_chunk) * size + i];
     }
   }
-  void tabulate(const std::vector<std::vector<double>>& gain);
+  void tabulate();
 
   std::vector<double> sums_;  // of each pattern of a chunk, switched_size numbers; of the first with the offset
   SwitchPattern chunk_patterns_ = 1;
@@ -174,6 +179,8 @@ struct SwitchTiming {
   int least(std::size_t c, bool on) const { return std::max(dwell[c], on ? min_on[c] : min_off[c]); }
   /// The longest of these times.
   int longest_dwell() const;
+  /// The steps after a command at which what is in effect can change for it: 0 and every delay, ascending. Allocates.
+  std::vector<int> edges() const;
   int switches = 0;
   std::array<int, max_switches> rise{}, fall{}, dwell{}, min_on{}, min_off{};
   int longest_delay = 0;

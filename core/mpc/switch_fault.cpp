@@ -9,7 +9,7 @@ namespace solenoid {
 namespace {
 
 /// Whether a mode opens against what stays on, but by less.
-bool in_vain(const std::vector<double>& stays, const std::vector<double>& mode,
+bool in_vain(const std::vector<double>& stays, const SwitchedPoint& mode,
              std::span<const std::array<std::size_t, 2>> opposed) {
   constexpr double tiny = 1e-9;
   return std::ranges::any_of(opposed, [&](const auto& pair) {
@@ -32,17 +32,10 @@ std::optional<ModeSet> with_fault(const ModeSet& modes, std::size_t c, const Swi
                                   std::span<const std::array<std::size_t, 2>> opposed) {
   if (c >= modes.switches().size())
     throw std::invalid_argument(fmt::format("mode set '{}': there is no switch {}", modes.name(), c));
-  const auto point = [&](SwitchPattern pattern) {
-    const auto p = modes.point(pattern);
-    return std::vector<double>(p.begin(), p.end());
-  };
   std::vector<Switch> switches(modes.switches().begin(), modes.switches().end());
-  std::vector<double> offset = point(0);
+  std::vector<double> offset(modes.offset().begin(), modes.offset().end());
   std::vector<std::vector<double>> gain;
-  for (std::size_t s = 0; s < switches.size(); ++s) {
-    gain.push_back(point(SwitchPattern{1} << s));
-    for (std::size_t i = 0; i < offset.size(); ++i) gain.back()[i] -= offset[i];
-  }
+  for (std::size_t s = 0; s < switches.size(); ++s) gain.emplace_back(modes.gain(s).begin(), modes.gain(s).end());
   const double always = fault.opening(0.0), commanded = fault.opening(1.0) - always;
   std::vector<double> stays(offset.size());
   for (std::size_t i = 0; i < offset.size(); ++i) {
@@ -59,7 +52,8 @@ std::optional<ModeSet> with_fault(const ModeSet& modes, std::size_t c, const Swi
   const bool stuck = commanded == 0.0;
   std::vector<Mode> left;
   for (const Mode& mode : modes.modes()) {
-    if (mode.pattern != safe && ((stuck && (mode.pattern & own) != 0) || in_vain(stays, point(mode.pattern), opposed)))
+    if (mode.pattern != safe &&
+        ((stuck && (mode.pattern & own) != 0) || in_vain(stays, modes.point(mode.pattern), opposed)))
       continue;
     left.push_back(mode);
   }

@@ -22,9 +22,8 @@ struct CommandRates {
 class CommandLimits {
  public:
   /// Allows the mode set's patterns, and of each continuous input magnitudes up to its limit.
-  CommandLimits(const ModeSet& modes, const std::vector<double>& magnitudes) : safe_(modes.safe_pattern()) {
-    for (const Mode& mode : modes.modes()) allowed_.push_back(mode.pattern);
-    std::ranges::sort(allowed_);
+  CommandLimits(const ModeSet& modes, const std::vector<double>& magnitudes)
+      : modes_(modes), safe_(modes.safe_pattern()) {
     std::copy_n(magnitudes.begin(), std::min(magnitudes.size(), most_.size()), most_.begin());
     since_on_.fill(DelayLines::max_age);
   }
@@ -67,7 +66,7 @@ class CommandLimits {
 
  private:
   bool allowed(SwitchPattern pattern) const noexcept {
-    return std::ranges::binary_search(allowed_, pattern) && (!left_ || left_->find(pattern) >= 0);
+    return modes_.find(pattern) >= 0 && (!left_ || left_->find(pattern) >= 0);
   }
 
   /// Switches that would be switched on again too soon stay off; the rest must still be an allowed pattern.
@@ -89,7 +88,7 @@ class CommandLimits {
     return kept;
   }
 
-  std::vector<SwitchPattern> allowed_;  // ascending
+  ModeSet modes_;
   const ModeSet* left_ = nullptr;
   ContinuousValues most_{};
   CommandRates rates_;

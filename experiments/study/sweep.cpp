@@ -143,21 +143,26 @@ std::vector<StudyFigure> study_figures(const SystemDescription& system) {
 
 std::vector<const StudyPoint*> front_of(const Study& study, const StudyTable& table, const StudyRows& rows,
                                         const std::string& x, const std::string& y) {
-  const SystemDescription& system = study.campaign.system->description();
-  const auto cost = [&](const StudyPoint& p, const std::string& name) {
-    const auto at = static_cast<std::size_t>(std::ranges::find(table.figures, name) - table.figures.begin());
-    return figure_named(system, name).best_least ? p.figures[at] : -p.figures[at];
+  struct Figure {
+    std::size_t at;
+    double sign;  // less is better of sign times it
+    double operator()(const StudyPoint& p) const { return sign * p.figures[at]; }
   };
+  const auto figure = [&](const std::string& name) {
+    const bool least = figure_named(study.campaign.system->description(), name).best_least;
+    return Figure{static_cast<std::size_t>(std::ranges::find(table.figures, name) - table.figures.begin()),
+                  least ? 1.0 : -1.0};
+  };
+  const Figure of_x = figure(x), of_y = figure(y);
   const auto beats = [&](const StudyPoint& a, const StudyPoint& b) {
-    const double ax = cost(a, x), ay = cost(a, y), bx = cost(b, x), by = cost(b, y);
-    return ax <= bx && ay <= by && (ax < bx || ay < by);
+    return of_x(a) <= of_x(b) && of_y(a) <= of_y(b) && (of_x(a) < of_x(b) || of_y(a) < of_y(b));
   };
   std::vector<const StudyPoint*> front;
   for (const StudyPoint& p : rows)
-    if (std::isfinite(cost(p, x)) && std::isfinite(cost(p, y)) &&
+    if (std::isfinite(of_x(p)) && std::isfinite(of_y(p)) &&
         std::ranges::none_of(rows, [&](const StudyPoint& other) { return beats(other, p); }))
       front.push_back(&p);
-  std::ranges::sort(front, {}, [&](const StudyPoint* p) { return cost(*p, x); });
+  std::ranges::sort(front, {}, [&](const StudyPoint* p) { return of_x(*p); });
   return front;
 }
 

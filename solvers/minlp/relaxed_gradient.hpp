@@ -132,7 +132,7 @@ class RelaxedGradient {
       const Eigen::Matrix<double, ns, 1> command = total.template segment<ns>(nx + ns) + as_previous;
       for (std::size_t m = 0; m < modes; ++m) {
         double sum = 0.0;
-        for (int c = 0; c < ns; ++c)
+        for (int c = 0; c < problem.modes.switch_count(); ++c)
           if ((problem.modes.pattern(static_cast<int>(m)) >> c) & 1u) sum += command[c];
         d_weights[k * modes + m] = sum;
       }

@@ -43,11 +43,14 @@ std::vector<SwitchPattern> pairwise_parts(const ModeSet& modes, SwitchPattern le
   return parts;
 }
 
-/// The smallest set of switches with the lowest of `left` that is independent of the rest of `left`.
+constexpr std::size_t most_parts = 16;  // whose unions are tried one by one
+
+/// The smallest set of switches with the lowest of `left` that is independent of the rest of `left`; of very many parts all.
 SwitchPattern smallest_factor(const ModeSet& modes, SwitchPattern left) {
   const SwitchPattern lowest = left & (~left + 1);
   const std::vector<SwitchPattern> parts = pairwise_parts(modes, left);
   SwitchPattern best = left;
+  if (parts.size() > most_parts) return best;
   for (std::uint64_t choice = 1; choice < (std::uint64_t{1} << parts.size()); ++choice) {
     SwitchPattern some = 0;
     for (std::size_t i = 0; i < parts.size(); ++i)

@@ -21,11 +21,7 @@ class LaneInputBuilder {
   void prepare(const ModeSet& modes, const SwitchTiming& timing) {
     timing_ = timing;
     modes_ = modes;
-    edges_ = {0};
-    for (std::size_t c = 0; c < static_cast<std::size_t>(timing.switches); ++c)
-      edges_.insert(edges_.end(), {timing.rise[c], timing.fall[c]});
-    std::ranges::sort(edges_);
-    edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
+    edges_ = timing.edges();
     for (int t = 0; t < static_cast<int>(over_.size()); ++t)
       over_[static_cast<std::size_t>(t)] = {over(timing.rise, t), over(timing.fall, t)};
     prepare_hulls(modes);
@@ -129,7 +125,7 @@ class LaneInputBuilder {
   std::optional<ModeSet> modes_;
   SwitchTiming timing_;
   std::array<Over, max_delay_steps + 2> over_{};  // switches whose rise, whose fall is over after so many steps
-  std::vector<int> edges_;  // delays at which a pattern can change after a command, ascending from 0
+  std::vector<int> edges_;
   std::vector<SwitchedOf<M>> hull_low_, hull_high_;  // mode-major, then budget, then edge
 };
 

@@ -19,11 +19,7 @@ class LeafModes {
     modes_ = static_cast<std::size_t>(modes.size());
     dominated_.clear();
     if (!any_twins(modes)) return;
-    std::vector<int> edges = {0};
-    for (std::size_t c = 0; c < static_cast<std::size_t>(timing.switches); ++c)
-      edges.insert(edges.end(), {timing.rise[c], timing.fall[c]});
-    std::ranges::sort(edges);
-    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+    const std::vector<int> edges = timing.edges();
     dominated_.resize(modes_ * modes_);
     for (std::size_t row = 0; row < modes_; ++row) fill(modes, timing, edges, row);
   }

@@ -2,8 +2,10 @@
 
 #include "core/mpc/mode_set.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 namespace solenoid {
@@ -36,12 +38,14 @@ class SwitchChanges {
 
  private:
   void fill(const ModeSet& modes, std::size_t row, SwitchPattern before) noexcept {
-    for (std::size_t k = 0; k <= max_switches; ++k) within_[row * (max_switches + 1) + k] = 0;
+    int* within = &within_[row * (max_switches + 1)];
+    std::fill_n(within, max_switches + 1, 0);
     for (std::size_t mode = 0; mode < modes_; ++mode) {
       const int changes = std::popcount(before ^ modes.pattern(static_cast<int>(mode)));
       changes_[row * modes_ + mode] = static_cast<std::uint8_t>(changes);
-      for (auto k = static_cast<std::size_t>(changes); k <= max_switches; ++k) ++within_[row * (max_switches + 1) + k];
+      ++within[changes];
     }
+    std::partial_sum(within, within + max_switches + 1, within);
   }
 
   std::size_t modes_ = 0;

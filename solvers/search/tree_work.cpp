@@ -1,8 +1,10 @@
 #include "solvers/search/tree_work.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 
 namespace solenoid {
 namespace {
@@ -60,6 +62,8 @@ Count most_of_groupings(int modes, const TreeShape& shape, const Cost& cost) {
   return below.first[1];
 }
 
+constexpr int most_tried_switches = 16;  // whose patterns are gone through one by one
+
 /// The same with every parent alone, over the ways that groups of switches leave.
 template <class Cost>
 Count most_of_ways(const ModeSet& modes, const TreeShape& shape, const Cost& cost) {
@@ -82,6 +86,8 @@ Count most_of_ways(const ModeSet& modes, const TreeShape& shape, const Cost& cos
   Count root;
   SwitchPattern grouped = 0;
   for (const SwitchPattern group : modes.one_at_a_time()) grouped |= group;
+  if (std::popcount(grouped) > most_tried_switches)  // every mode may follow
+    return std::accumulate(below.begin(), below.end(), cost(0, Count(modes.size())));
   for (SwitchPattern p = grouped;; p = (p - 1) & grouped) {
     root = std::max(root, from(0, p));
     if (p == 0) return root;

@@ -4,10 +4,10 @@
 #include "controllers/systems/actuator/laws/extended_cost.hpp"
 #include "controllers/systems/actuator/laws/pulse_width_pid.hpp"
 #include "controllers/systems/actuator/laws/switching_hybrid.hpp"
-#include "core/config/reader.hpp"
 #include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
 #include "solvers/search/exhaustive.hpp"
+#include "tests/support/variant_text.hpp"
 
 #include <bit>
 #include <random>
@@ -309,21 +309,8 @@ TEST(ExtendedCost, SaysHowItEnded) {
   EXPECT_THROW(solver.prepare(tracking_problem("three_way", {10, 30})), std::invalid_argument);
 }
 
-VariantConfig read(const std::string& text) {
-  TableReader table = TableReader::from_text(text, "mine.toml");
-  return read_variant(table, "mine");
-}
-std::string refusal(const std::string& text) {
-  try {
-    read(text);
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
 TEST(LawVariants, AreReadWithTheirTables) {
-  const VariantConfig v = read(
+  const VariantConfig v = test::variant_of(
       "valves = 'two_way'\nsolver = 'switching_hybrid'\nmotor = 'pd'\nestimator = 'ekf'\n"
       "sliding = { frequency = 40.0, dead_band_m = 2e-4, every_ticks = 2 }\n"
       "phases = { coarse_above_m = 5e-4, rest = 'exhaust' }\n");
@@ -331,9 +318,10 @@ TEST(LawVariants, AreReadWithTheirTables) {
   EXPECT_EQ(actuator(v).sliding.frequency, 40.0);
   EXPECT_EQ(actuator(v).sliding.every_ticks, 2);
   EXPECT_EQ(actuator(v).phases.rest, "exhaust");
-  EXPECT_EQ(actuator(read("solver = 'pulse_width_pid'\npulse_width = { bias = 0.4 }")).pulse_width.bias, 0.4);
+  EXPECT_EQ(actuator(test::variant_of("solver = 'pulse_width_pid'\npulse_width = { bias = 0.4 }")).pulse_width.bias,
+            0.4);
   const VariantConfig extended =
-      read("valves = 'three_mode'\nsolver = 'extended_cost'\ncost = { terminal_acceleration = 2.0 }");
+      test::variant_of("valves = 'three_mode'\nsolver = 'extended_cost'\ncost = { terminal_acceleration = 2.0 }");
   EXPECT_EQ(actuator(extended).terminal_acceleration, 2.0);
 }
 
@@ -343,26 +331,28 @@ TEST(LawVariants, RefuseWhatTheyCannotUse) {
   const auto says = [](const char* key, const char* allowed) {
     return AllOf(HasSubstr("mine.toml"), HasSubstr(key), HasSubstr(allowed));
   };
-  EXPECT_THAT(refusal("solver = 'pulse_width_pid'\nvalves = 'two_way'"), says("'valves'", "allowed: three_way"));
-  EXPECT_THAT(refusal("solver = 'three_mode_sliding'"), says("'valves'", "two_way, three_mode, seven_mode"));
-  EXPECT_THAT(refusal("solver = 'three_mode_sliding'\nvalves = 'three_mode'\nhorizon = { steps = 50 }"),
+  EXPECT_THAT(test::refusal_of("solver = 'pulse_width_pid'\nvalves = 'two_way'"),
+              says("'valves'", "allowed: three_way"));
+  EXPECT_THAT(test::refusal_of("solver = 'three_mode_sliding'"), says("'valves'", "two_way, three_mode, seven_mode"));
+  EXPECT_THAT(test::refusal_of("solver = 'three_mode_sliding'\nvalves = 'three_mode'\nhorizon = { steps = 50 }"),
               says("'horizon'", "allowed"));
-  EXPECT_THAT(refusal("solver = 'three_mode_sliding'\nvalves = 'three_mode'\nsliding = { frequency = 0.0 }"),
+  EXPECT_THAT(test::refusal_of("solver = 'three_mode_sliding'\nvalves = 'three_mode'\nsliding = { frequency = 0.0 }"),
               says("'sliding.frequency'", "allowed: a number > 0"));
-  EXPECT_THAT(refusal("solver = 'switching_hybrid'\nvalves = 'three_mode'"), says("'motor'", "pd, inverse_dynamics"));
-  EXPECT_THAT(refusal("solver = 'switching_hybrid'\nvalves = 'three_mode'\nmotor = 'in_prediction'"),
+  EXPECT_THAT(test::refusal_of("solver = 'switching_hybrid'\nvalves = 'three_mode'"),
+              says("'motor'", "pd, inverse_dynamics"));
+  EXPECT_THAT(test::refusal_of("solver = 'switching_hybrid'\nvalves = 'three_mode'\nmotor = 'in_prediction'"),
               says("'motor'", "none, pd, inverse_dynamics"));
-  EXPECT_THAT(
-      refusal("solver = 'switching_hybrid'\nvalves = 'three_mode'\nmotor = 'pd'\nphases = { fine_below_m = 1.0 }"),
-      says("'phases.fine_below_m'", "0 to 0.0003"));
-  EXPECT_THAT(
-      refusal("solver = 'switching_hybrid'\nvalves = 'three_mode'\nmotor = 'pd'\nphases = { rest = 'exhaust' }"),
-      says("'valves'", "allowed: two_way"));
-  EXPECT_THAT(refusal("solver = 'pulse_width_pid'\npulse_width = { period_ticks = 2 }"),
+  EXPECT_THAT(test::refusal_of(
+                  "solver = 'switching_hybrid'\nvalves = 'three_mode'\nmotor = 'pd'\nphases = { fine_below_m = 1.0 }"),
+              says("'phases.fine_below_m'", "0 to 0.0003"));
+  EXPECT_THAT(test::refusal_of(
+                  "solver = 'switching_hybrid'\nvalves = 'three_mode'\nmotor = 'pd'\nphases = { rest = 'exhaust' }"),
+              says("'valves'", "allowed: two_way"));
+  EXPECT_THAT(test::refusal_of("solver = 'pulse_width_pid'\npulse_width = { period_ticks = 2 }"),
               says("'pulse_width.period_ticks'", "5"));
-  EXPECT_THAT(refusal("solver = 'extended_cost'\nhorizon = { steps = 20, blocks = [1, 3] }"),
+  EXPECT_THAT(test::refusal_of("solver = 'extended_cost'\nhorizon = { steps = 20, blocks = [1, 3] }"),
               says("'valves'", "three_mode"));
-  EXPECT_THAT(refusal("cost = { terminal_acceleration = 1.0 }"), says("terminal_acceleration", "allowed"));
+  EXPECT_THAT(test::refusal_of("cost = { terminal_acceleration = 1.0 }"), says("terminal_acceleration", "allowed"));
 }
 
 }  // namespace

@@ -2,8 +2,8 @@
 #include "controllers/factory.hpp"
 #include "controllers/systems.hpp"
 #include "controllers/systems/actuator/actuator_variant.hpp"
-#include "core/config/reader.hpp"
 #include "core/systems/actuator/signals.hpp"
+#include "tests/support/variant_text.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,19 +14,10 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-VariantConfig read_servo(const std::string& keys) {
-  TableReader table = TableReader::from_text("valves = \"servo\"\n" + keys, "servo.toml");
-  return read_variant(table, "servo");
-}
+const std::string on_servo = "valves = \"servo\"\n";
 
-std::string servo_refusal(const std::string& keys) {
-  try {
-    read_servo(keys);
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "not refused";
-}
+VariantConfig read_servo(const std::string& keys) { return test::variant_of(on_servo + keys); }
+std::string servo_refusal(const std::string& keys) { return test::refusal_of(on_servo + keys); }
 
 TEST(ServoVariants, WhatPlansNoOpeningsIsRefused) {
   for (const char* solver : {"exhaustive", "branch_and_bound", "sum_up_rounding", "cia", "relaxed_pulses", "ipopt",

@@ -2,7 +2,6 @@
 // takes the ladder down, in words.
 #include "controllers/factory.hpp"
 #include "controllers/systems.hpp"
-#include "core/config/reader.hpp"
 #include "core/rt/clock.hpp"
 #include "core/rt/control_loop.hpp"
 #include "core/rt/recorder.hpp"
@@ -10,6 +9,7 @@
 #include "core/systems/actuator/dynamics.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/simulated_system.hpp"
+#include "tests/support/variant_text.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,18 +20,12 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-VariantConfig limited(const std::string& limits, const std::string& rest = "") {
-  TableReader table = TableReader::from_text(
-      "valves = 'two_way'\nsolver = 'branch_and_bound'\n" + rest + "[limits]\n" + limits, "mine.toml");
-  return read_variant(table, "mine");
+std::string with_limits(const std::string& limits, const std::string& rest) {
+  return "valves = 'two_way'\nsolver = 'branch_and_bound'\n" + rest + "[limits]\n" + limits;
 }
+VariantConfig limited(const std::string& limits) { return test::variant_of(with_limits(limits, "")); }
 std::string refused(const std::string& limits, const std::string& rest = "") {
-  try {
-    limited(limits, rest);
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal_of(with_limits(limits, rest));
 }
 
 TEST(LimitKeys, ReachTheModeSetAndTheProblem) {
@@ -68,14 +62,9 @@ TEST(LimitKeys, AreRefusedByName) {
   EXPECT_THAT(refused("most_changes = 20\nwindow_ms = 100\n"), says("limits", "80 changes"));
   EXPECT_THAT(refused("least_angle = 1\n"), says("least_angle", "not"));
   EXPECT_THAT(refused("least_on_ms = 8\n", "motor = 'in_prediction'\nhorizon = { steps = 40 }\n"), "accepted");
-  TableReader pulses = TableReader::from_text(
-      "valves = 'two_way'\nsolver = 'sqp'\nhorizon = { steps = 40 }\nlimits = { least_on_ms = 8 }\n", "mine.toml");
-  try {
-    read_variant(pulses, "mine");
-    FAIL() << "a solver that keeps to no limits took them";
-  } catch (const ConfigError& error) {
-    EXPECT_THAT(error.what(), says("limits", "")) << error.what();
-  }
+  EXPECT_THAT(test::refusal_of("valves = 'two_way'\nsolver = 'sqp'\nhorizon = { steps = 40 }\n"
+                               "limits = { least_on_ms = 8 }\n"),
+              says("limits", ""));
 }
 
 /// The arm has to go where a bound does not let it; what comes of it stays within what the words say.

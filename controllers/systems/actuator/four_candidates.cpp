@@ -15,16 +15,9 @@ ModeSet four_of(const ModeSet& all) {
   for (const bool driving : {true, false})
     for (const Mode& mode : all.modes())
       if (drives_both_chambers(all.point(mode.pattern)) == driving && chosen.size() < 4) chosen.push_back(mode);
-  const auto point = [&](SwitchPattern pattern) {
-    const auto p = all.point(pattern);
-    return std::vector<double>(p.begin(), p.end());
-  };
-  const std::vector<double> offset = point(0);
+  const std::vector<double> offset(all.offset().begin(), all.offset().end());
   std::vector<std::vector<double>> gain;
-  for (int c = 0; c < all.switch_count(); ++c) {
-    gain.push_back(point(SwitchPattern{1} << c));
-    for (std::size_t i = 0; i < offset.size(); ++i) gain.back()[i] -= offset[i];
-  }
+  for (std::size_t c = 0; c < all.switches().size(); ++c) gain.emplace_back(all.gain(c).begin(), all.gain(c).end());
   const std::vector<Switch> switches(all.switches().begin(), all.switches().end());
   const std::vector<SwitchPattern> one_at_a_time(all.one_at_a_time().begin(), all.one_at_a_time().end());
   return {"four of " + all.name(), switches, chosen, offset, gain, one_at_a_time};

@@ -44,11 +44,10 @@ ValveHealth::ValveHealth(const PneumaticActuator& model, const ModeSet& modes, c
       before_(in_effect_),
       slow_before_(in_effect_),
       command_(in_effect_) {
-  std::ranges::copy(modes.point(0), offset_.begin());
+  std::ranges::copy(modes.offset(), offset_.begin());
   for (const bool b : {false, true}) chambers_.push_back({ChamberFilter::Chamber(model, tuning, b), {}, {}});
   for (std::size_t c = 0; c < coils_; ++c) {
-    std::ranges::copy(modes.point(SwitchPattern{1} << c), gain_[c].begin());
-    for (std::size_t i = 0; i < offset_.size(); ++i) gain_[c][i] -= offset_[i];
+    std::ranges::copy(modes.gain(c), gain_[c].begin());
     const std::size_t chamber = gain_[c][fill_b] != 0.0 || gain_[c][exhaust_b] != 0.0 ? 1 : 0;
     for (const SwitchFault& fault : faults_of(tuning))
       for (int copy = 0; copy < tuning.copies; ++copy)

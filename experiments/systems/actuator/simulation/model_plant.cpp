@@ -67,8 +67,7 @@ SwitchedOf<PneumaticActuator> ModelPlant::openings() const noexcept {
   for (std::size_t c = 0; c < static_cast<std::size_t>(timing_.switches); ++c) {
     if (faults_[c].kind == SwitchFaultKind::none) continue;
     const double sound = ((pattern >> c) & 1u) != 0 ? 1.0 : 0.0, changed = faults_[c].opening(sound) - sound;
-    const auto with = modes_.point(SwitchPattern{1} << c), without = modes_.point(0);
-    for (std::size_t i = 0; i < opening.size(); ++i) opening[i] += changed * (with[i] - without[i]);
+    for (std::size_t i = 0; i < opening.size(); ++i) opening[i] += changed * modes_.gain(c)[i];
   }
   return opening;
 }

@@ -77,12 +77,8 @@ double first_event(const Guards& guards, const StateAt& at, double begin, double
 
 TwinIntegrator::TwinIntegrator(const TwinPhysics& physics, const ModeSet& modes)
     : physics_(physics), coils_(static_cast<std::size_t>(modes.switch_count())) {
-  const auto rest = modes.point(0);
-  std::copy(rest.begin(), rest.end(), offset_.begin());
-  for (std::size_t c = 0; c < coils_; ++c) {
-    const auto on = modes.point(SwitchPattern{1} << c);
-    for (std::size_t i = 0; i < offset_.size(); ++i) gain_[c][i] = on[i] - offset_[i];
-  }
+  std::ranges::copy(modes.offset(), offset_.begin());
+  for (std::size_t c = 0; c < coils_; ++c) std::ranges::copy(modes.gain(c), gain_[c].begin());
 }
 
 template <class Opening>
