@@ -42,13 +42,13 @@ struct HealthTuning {
   double drift = 0.02;         ///< evidence that is lost each tick
   int copies = 2;              ///< of a hypothesis, begun at other moments
   int apart_ticks = 4;         ///< between their beginnings
-  double change = 3.0;         ///< evidence that a fault becoming another of the chamber costs
+  double change = 10.0;        ///< evidence that a fault becoming another of the chamber costs
   double beaten = 10.0;        ///< so far behind another fault of the chamber a hypothesis begins anew
   double memory_s = 1.0;       ///< evidence of ticks in which a hypothesis says the same as none fades
   double stuck_threshold = 17.0, other_threshold = 20.0;
   double doubt = 8.0;        ///< evidence from which a coil is suspected
-  double margin = 6.0;       ///< over every other hypothesis
-  double patience_s = 0.05;  ///< so long above the threshold, the best is taken whatever the margin
+  double margin = 8.0;       ///< over every other hypothesis, each measured from its own threshold
+  double patience_s = 0.08;  ///< so long above the threshold, the best is taken whatever the margin
   double worst_fit = 8.0;    ///< mean squared innovation, in variances, up to which a hypothesis explains the data
 };
 

@@ -9,8 +9,9 @@ namespace {
 constexpr double position_share = 0.5;  // of a new position: the potentiometer's noise is not the slide's motion
 constexpr double fit_share = 1.0 / 15;  // of a new innovation in the mean
 constexpr double hopeless_fit = 50.0;
-constexpr int forgotten_after = 60;  // ticks of equal openings: the pressure filter has forgotten the difference
-constexpr double rail_pa = 100.0;    // so near its end a sensor says no more
+constexpr int forgotten_after = 60;   // ticks of equal openings: the pressure filter has forgotten the difference
+constexpr double flows_equal = 0.05;  // factors of flow so near each other are one belief
+constexpr double rail_pa = 100.0;     // so near its end a sensor says no more
 constexpr std::int64_t most_missed = 50;
 
 /// Delays of coils that are all slow.
@@ -26,6 +27,12 @@ std::array<SwitchFault, 4> faults_of(const HealthTuning& tuning) {
   return {SwitchFault{SwitchFaultKind::stuck_on}, SwitchFault{SwitchFaultKind::stuck_off},
           SwitchFault{SwitchFaultKind::leaking, tuning.leaking_share},
           SwitchFault{SwitchFaultKind::slow, tuning.late_s}};
+}
+
+/// Whether two filters believe the same of how much flows.
+bool same_flows(const ChamberFilter& a, const ChamberFilter& b) {
+  const auto apart = [&](int i) { return std::abs(a.mean()[i] - b.mean()[i]); };
+  return std::max(apart(ChamberFilter::fill_factor), apart(ChamberFilter::exhaust_factor)) < flows_equal;
 }
 
 bool on(SwitchPattern pattern, std::size_t c) { return ((pattern >> c) & 1u) != 0; }
@@ -179,8 +186,9 @@ void ValveHealth::correct(Chamber& chamber, double measured_pa) noexcept {
     h.score += 0.5 * (nearer - std::max(0.0, std::log(own.variance / sound.variance))) - tuning_.drift;
     h.fit += fit_share * (own.squared - h.fit);
     if (h.equal > 0) h.score *= fade;
-    h.above = h.score > threshold(h) ? h.above + 1 : 0;
-    const bool merged = h.equal > forgotten_after && h.score < 1.0;
+    h.above = above_threshold(h) > 0.0 ? h.above + 1 : 0;
+    // While a valve that does not open passed for weak flow, its hypothesis alone kept the flow that the others have.
+    const bool merged = h.equal > forgotten_after && h.score < 1.0 && same_flows(h.filter, chamber.sound);
     if (h.score < tuning_.floor || merged || h.fit > hopeless_fit) h.alive = false;
   }
   // What another fault explains far better begins anew, from that one.
@@ -190,9 +198,9 @@ void ValveHealth::correct(Chamber& chamber, double measured_pa) noexcept {
         h.alive = false;
 }
 
-double ValveHealth::threshold(const Hypothesis& h) const noexcept {
+double ValveHealth::above_threshold(const Hypothesis& h) const noexcept {
   const bool stuck = h.fault.kind == SwitchFaultKind::stuck_on || h.fault.kind == SwitchFaultKind::stuck_off;
-  return stuck ? tuning_.stuck_threshold : tuning_.other_threshold;
+  return h.score - (stuck ? tuning_.stuck_threshold : tuning_.other_threshold);
 }
 
 bool ValveHealth::doubts() const noexcept {
@@ -204,18 +212,16 @@ bool ValveHealth::doubts() const noexcept {
 
 std::optional<FailedSwitch> ValveHealth::decide() noexcept {
   Hypothesis* best = nullptr;
-  double second = 0.0;
+  const auto explains = [&](const Hypothesis& h) { return h.alive && h.fit <= tuning_.worst_fit; };
   for (Chamber& chamber : chambers_)
-    for (Hypothesis& h : chamber.hypotheses) {
-      if (!h.alive || h.fit > tuning_.worst_fit) continue;
-      if (!best || h.score > best->score) best = &h;
-    }
+    for (Hypothesis& h : chamber.hypotheses)
+      if (explains(h) && (!best || above_threshold(h) > above_threshold(*best))) best = &h;
+  if (!best || above_threshold(*best) <= 0.0) return {};
+  bool clear = true;
   for (const Chamber& chamber : chambers_)
     for (const Hypothesis& h : chamber.hypotheses)
-      if (best && h.alive && h.fit <= tuning_.worst_fit && (h.c != best->c || h.fault != best->fault))
-        second = std::max(second, h.score);
-  if (!best || best->score <= threshold(*best)) return {};
-  const bool clear = best->score - second > tuning_.margin;
+      if (explains(h) && (h.c != best->c || h.fault != best->fault))
+        clear = clear && above_threshold(*best) - above_threshold(h) > tuning_.margin;
   if (!clear && best->above * tuning_.tick_s < tuning_.patience_s) return {};
   failed_[best->c] = best->fault;
   for (Chamber& chamber : chambers_) {

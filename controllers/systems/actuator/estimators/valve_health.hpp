@@ -19,9 +19,9 @@ namespace solenoid {
 ///     g_h <- g_h + (min(n_0, c) - min(n_h, c) - max(0, log S_h/S_0))/2 - d,   n = nu^2/S, begun anew below the floor   (7.5)
 ///
 /// which is the cumulative sum of Page [9] with the onset where g_h last began: the generalised likelihood ratio over
-/// the fault's onset. The coil is called failed when the greatest g_h is above its threshold and by `margin` above every
-/// other, or has been above its threshold for `patience_s`, and h explains the pressure (mean squared innovation). From then on the sound
-/// filter has the fault in it, and a second one can be found.
+/// the fault's onset. A fault that is rarer has a higher threshold, as the logarithm of its prior would have it. Of those that explain the
+/// pressure (mean squared innovation) the one farthest above its own threshold is called, when every other is `margin` farther
+/// below, or when it has been above for `patience_s`. From then on the sound filter has the fault in it, and a second one can be found.
 ///
 /// What changes no flow cannot be seen: a valve stuck closed that nobody opens, a supply valve stuck open at a full chamber.
 ///
@@ -74,7 +74,7 @@ class ValveHealth final : public SwitchHealth {
   void predict(std::size_t chamber, double from_m, double to_m) noexcept;
   void correct(Chamber& chamber, double measured_pa) noexcept;
   std::optional<FailedSwitch> decide() noexcept;
-  double threshold(const Hypothesis& h) const noexcept;
+  double above_threshold(const Hypothesis& h) const noexcept;
 
   HealthTuning tuning_;
   std::size_t coils_;
