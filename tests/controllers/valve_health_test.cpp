@@ -3,6 +3,7 @@
 #include "core/systems/actuator/valves.hpp"
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -33,7 +34,7 @@ class Bench {
       command_ = modes_.pattern(std::uniform_int_distribution<int>(0, modes_.size() - 1)(random_));
       left_ = std::uniform_int_distribution<int>(12, 40)(random_);
     }
-    lines_.command(command_, timing_);
+    lines_.command(off_ ? SwitchPattern{0} : command_, timing_);
     const SwitchPattern pattern = lines_.effective();
     lines_.advance(1);
     SwitchedOf<PneumaticActuator> opening{};
@@ -62,6 +63,8 @@ class Bench {
     return m;
   }
   SwitchPattern command() const { return command_; }
+  /// Whether the I/O keeps every valve closed, whatever is commanded.
+  void keep_off(bool off) { off_ = off; }
   /// From now on one command, for so many ticks.
   void hold(SwitchPattern command, int ticks) {
     command_ = command;
@@ -82,6 +85,7 @@ class Bench {
   std::mt19937_64 random_;
   std::normal_distribution<double> normal_;
   int left_ = 0, k_ = 0;
+  bool off_ = false;
 };
 
 ActuatorParameters mismatched(std::uint64_t seed) {
@@ -146,7 +150,7 @@ TEST(ValveHealth, AClosedValveThatPassedForWeakFlowIsNotTakenForAnOpenOne) {
       bench.hold(command, ticks);
       for (int k = 0; k < ticks && !found; ++k) found = step(bench, health);
     };
-    play(0, 50);
+    play(0, 200);
     for (int round = 0; round < 3; ++round) {
       play(both, 10);
       play(0, 25);
@@ -187,6 +191,58 @@ TEST(ValveHealth, CallsNoSoundCoilFailed) {
       Bench bench(valves, mismatched(seed), seed);
       ValveHealth health(PneumaticActuator(), bench.modes(), as_the_model());
       for (int k = 0; k < 6000; ++k) ASSERT_FALSE(step(bench, health)) << valves << " " << seed << " " << k;
+    }
+}
+
+/// What can go wrong with a tick beside the coils.
+enum class Trouble { stands_still, node_safe, no_pressure, stuck_position };
+
+/// So many ticks of it, and the first whole one after.
+std::optional<FailedSwitch> undergo(Trouble trouble, int ticks, Bench& bench, ValveHealth& health) {
+  std::optional<FailedSwitch> found;
+  const auto tell = [&](const Measurement& m) {
+    const auto now = health.update(m);
+    if (now && !found) found = now;
+    health.commanded(bench.command());
+  };
+  bench.keep_off(trouble == Trouble::node_safe);
+  double position_m = std::numeric_limits<double>::quiet_NaN();
+  for (int k = 0; k < ticks; ++k) {
+    Measurement m = bench.tick();
+    if (k == 0) position_m = m.value[position_channel];
+    if (trouble == Trouble::stuck_position) m.value[position_channel] = position_m;
+    if (trouble == Trouble::no_pressure) m.value[pressure_b_channel] = std::numeric_limits<double>::quiet_NaN();
+    if (trouble == Trouble::stuck_position || trouble == Trouble::no_pressure) tell(m);
+  }
+  bench.keep_off(false);
+  Measurement m = bench.tick();
+  m.node_was_safe = trouble == Trouble::node_safe;
+  tell(m);
+  return found;
+}
+
+// A loop that stood still, a node that was in its safe state, a channel that was not believed, a position that stuck: no coil is called
+// for it, and one that fails afterwards is found all the same.
+TEST(ValveHealth, HoldsNoOtherTroubleAgainstACoil) {
+  for (const char* valves : {"two_way", "pcm_2"})
+    for (std::uint64_t seed = 21; seed < 25; ++seed) {
+      Bench bench(valves, mismatched(seed), seed);
+      ValveHealth health(PneumaticActuator(), bench.modes(), as_the_model());
+      for (const Trouble trouble :
+           {Trouble::stands_still, Trouble::node_safe, Trouble::no_pressure, Trouble::stuck_position})
+        for (const int ticks : {1, 12, 30, 60, 150}) {
+          // A position that sticks for longer is the plausibility checks' to find.
+          if (trouble == Trouble::stuck_position && ticks > 30) continue;
+          for (int k = 0; k < 250; ++k)
+            ASSERT_FALSE(step(bench, health)) << valves << " " << seed << " before " << static_cast<int>(trouble);
+          ASSERT_FALSE(undergo(trouble, ticks, bench, health))
+              << valves << " " << static_cast<int>(trouble) << " " << ticks;
+        }
+      bench.fail(1, {SwitchFaultKind::stuck_on});
+      std::optional<FailedSwitch> found;
+      for (int k = 0; k < 700 && !found; ++k) found = step(bench, health);
+      ASSERT_TRUE(found) << valves << " " << seed;
+      EXPECT_EQ(found->c, 1u);
     }
 }
 

@@ -98,7 +98,7 @@ void ChamberFilter::predict(const Chamber& c, const PathOpenings& open, double f
   row[fill_factor] = per * s_fill * fill.value;
   row[exhaust_factor] = per * s_exhaust * exhaust.value * warmth;
   row[lateness] = -per * (mean_[fill_factor] * open.fill_edges * fill.value +
-                          mean_[exhaust_factor] * open.exhaust_edges * exhaust.value);
+                          mean_[exhaust_factor] * open.exhaust_edges * exhaust.value * warmth);
   row[supply] = per * mean_[fill_factor] * s_fill * fill.by_supply;
   row[unexplained] = t.tick_s;
 

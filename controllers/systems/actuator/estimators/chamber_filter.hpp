@@ -45,11 +45,13 @@ struct HealthTuning {
   double change = 10.0;        ///< evidence that a fault becoming another of the chamber costs
   double beaten = 10.0;        ///< so far behind another fault of the chamber a hypothesis begins anew
   double memory_s = 1.0;       ///< evidence of ticks in which a hypothesis says the same as none fades
-  double stuck_threshold = 17.0, other_threshold = 20.0;
-  double doubt = 8.0;        ///< evidence from which a coil is suspected
-  double margin = 8.0;       ///< over every other hypothesis, each measured from its own threshold
-  double patience_s = 0.08;  ///< so long above the threshold, the best is taken whatever the margin
-  double worst_fit = 8.0;    ///< mean squared innovation, in variances, up to which a hypothesis explains the data
+  double stuck_threshold = 17.0, other_threshold = 24.0;
+  double doubt = 8.0;              ///< evidence from which a coil is suspected
+  double margin = 8.0;             ///< over every other hypothesis, each measured from its own threshold
+  double patience_s = 0.08;        ///< so long above the threshold, the best is taken whatever the margin
+  double quiet_s = 0.15;           ///< no hypothesis for so long after what acted on the plant was not known
+  double accused_memory_s = 0.05;  ///< within which evidence in both chambers counts as of one cause
+  double worst_fit = 8.0;  ///< mean squared innovation, in variances, up to which a hypothesis explains the data
 };
 
 /// How wide the two paths of a chamber are open over a tick.

@@ -12,7 +12,7 @@ constexpr double hopeless_fit = 50.0;
 constexpr int forgotten_after = 60;   // ticks of equal openings: the pressure filter has forgotten the difference
 constexpr double flows_equal = 0.05;  // factors of flow so near each other are one belief
 constexpr double rail_pa = 100.0;     // so near its end a sensor says no more
-constexpr std::int64_t most_missed = 50;
+constexpr std::int64_t most_missed = 2 * max_delay_steps;  // by then every command in flight has arrived
 
 /// Delays of coils that are all slow.
 SwitchTiming slowed(SwitchTiming timing, int ticks) {
@@ -72,26 +72,37 @@ std::vector<FailedSwitch> ValveHealth::findable(const ModeSet& modes, const Heal
 std::optional<FailedSwitch> ValveHealth::update(const Measurement& measured) noexcept {
   const double pressure[] = {measured.value[pressure_a_channel], measured.value[pressure_b_channel]};
   double to = measured.value[position_channel];
-  if (!started_) {
-    if (!std::isfinite(to) || !std::isfinite(pressure[0]) || !std::isfinite(pressure[1])) return {};
-    for (std::size_t i = 0; i < 2; ++i) chambers_[i].sound.start(chambers_[i].constants, pressure[i]);
-    position_m_ = to;
-    last_time_s_ = measured.time_s;
-    started_ = true;
+  const std::int64_t ticks = started_ ? std::llround((measured.time_s - last_time_s_) / tuning_.tick_s) : 1;
+  last_time_s_ = measured.time_s;
+  started_ = true;
+  const bool whole = std::isfinite(to) && std::isfinite(pressure[0]) && std::isfinite(pressure[1]);
+  for (std::int64_t k = 0; k < std::clamp<std::int64_t>(ticks, 1, most_missed); ++k) pass_tick();
+  if (!whole || ticks != 1 || measured.node_was_safe) blind_ = true;
+  if (blind_) {
+    if (whole) begin_anew(pressure, to);
     return {};
   }
-  const std::int64_t ticks = std::llround((measured.time_s - last_time_s_) / tuning_.tick_s);
-  last_time_s_ = measured.time_s;
-  to = std::isfinite(to) ? position_m_ + position_share * (to - position_m_) : position_m_;
-  for (std::int64_t k = 0; k < std::clamp<std::int64_t>(ticks, 1, most_missed); ++k) {
-    pass_tick();
-    for (std::size_t i = 0; i < 2; ++i) predict(i, k == 0 ? position_m_ : to, to);
-  }
+  quiet_ticks_ = std::max(0, quiet_ticks_ - 1);
+  to = position_m_ + position_share * (to - position_m_);
+  for (std::size_t i = 0; i < 2; ++i) predict(i, position_m_, to);
   position_m_ = to;
   for (std::size_t i = 0; i < 2; ++i)
     if (pressure[i] > tuning_.pressure_low_pa + rail_pa && pressure[i] < tuning_.pressure_high_pa - rail_pa)
       correct(chambers_[i], pressure[i]);
   return decide();
+}
+
+/// What acted on the plant in the ticks behind is not known: every chamber from what is measured now, and no hypothesis until commands
+/// from before and the pressure filter have died away.
+void ValveHealth::begin_anew(std::span<const double, 2> pressure_pa, double position_m) noexcept {
+  for (std::size_t i = 0; i < 2; ++i) {
+    chambers_[i].sound.start(chambers_[i].constants, pressure_pa[i]);
+    chambers_[i].accused = 0.0;
+    for (Hypothesis& h : chambers_[i].hypotheses) h.alive = false;
+  }
+  position_m_ = position_m;
+  quiet_ticks_ = static_cast<int>(std::lround(tuning_.quiet_s / tuning_.tick_s));
+  blind_ = false;
 }
 
 /// The command of the last tick, and what of it and of those before is in effect until this one.
@@ -140,9 +151,9 @@ void ValveHealth::predict(std::size_t i, double from_m, double to_m) noexcept {
     if (failed_[h.c].kind != SwitchFaultKind::none) continue;
     h.open = openings(i, &h);
     const bool equal = h.open == sound;
-    h.equal = equal ? h.equal + 1 : 0;
     ++h.age;
-    if (!h.alive && !equal) begin(chamber, h, sound, from);
+    if (!h.alive && !equal && quiet_ticks_ == 0) begin(chamber, h, sound, from);
+    h.equal = equal ? h.equal + 1 : 0;
   }
   for (Hypothesis& h : chamber.hypotheses)
     if (h.alive) h.filter.predict(constants, h.open, from, to);
@@ -166,6 +177,7 @@ void ValveHealth::begin(Chamber& chamber, Hypothesis& h, const PathOpenings& sou
   h.score = parent ? parent->score - tuning_.change : 0.0;
   h.fit = 1.0;
   h.age = h.above = 0;
+  h.onsets = 1 + h.equal;
   h.alive = true;
   // It may have begun a little earlier or later; a uniform deviate over the gap has this variance.
   const double parted = std::max(std::abs(h.open.fill - sound.fill), std::abs(h.open.exhaust - sound.exhaust));
@@ -196,6 +208,9 @@ void ValveHealth::correct(Chamber& chamber, double measured_pa) noexcept {
     for (const Hypothesis& other : chamber.hypotheses)
       if (h.alive && other.alive && other.fit < tuning_.worst_fit && other.score > h.score + tuning_.beaten)
         h.alive = false;
+  chamber.accused *= std::exp(-tuning_.tick_s / tuning_.accused_memory_s);
+  for (const Hypothesis& h : chamber.hypotheses)
+    if (h.alive) chamber.accused = std::max(chamber.accused, h.score);
 }
 
 double ValveHealth::above_threshold(const Hypothesis& h) const noexcept {
@@ -210,18 +225,24 @@ bool ValveHealth::doubts() const noexcept {
   return false;
 }
 
+/// How far a hypothesis is above its threshold, and with the onsets that would have looked the same.
+double ValveHealth::standing(const Hypothesis& h) const noexcept {
+  return above_threshold(h) + std::log(static_cast<double>(h.onsets));
+}
+
 std::optional<FailedSwitch> ValveHealth::decide() noexcept {
   Hypothesis* best = nullptr;
   const auto explains = [&](const Hypothesis& h) { return h.alive && h.fit <= tuning_.worst_fit; };
   for (Chamber& chamber : chambers_)
     for (Hypothesis& h : chamber.hypotheses)
-      if (explains(h) && (!best || above_threshold(h) > above_threshold(*best))) best = &h;
-  if (!best || above_threshold(*best) <= 0.0) return {};
+      if (explains(h) && above_threshold(h) > 0.0 && (!best || standing(h) > standing(*best))) best = &h;
+  // A coil touches one chamber: what disturbs both, a wrong position or a command that did not arrive, is none.
+  if (!best || std::min(chambers_[0].accused, chambers_[1].accused) > tuning_.doubt) return {};
   bool clear = true;
   for (const Chamber& chamber : chambers_)
     for (const Hypothesis& h : chamber.hypotheses)
       if (explains(h) && (h.c != best->c || h.fault != best->fault))
-        clear = clear && above_threshold(*best) - above_threshold(h) > tuning_.margin;
+        clear = clear && standing(*best) - standing(h) > tuning_.margin;
   if (!clear && best->above * tuning_.tick_s < tuning_.patience_s) return {};
   failed_[best->c] = best->fault;
   for (Chamber& chamber : chambers_) {

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace solenoid {
@@ -19,9 +20,17 @@ namespace solenoid {
 ///     g_h <- g_h + (min(n_0, c) - min(n_h, c) - max(0, log S_h/S_0))/2 - d,   n = nu^2/S, begun anew below the floor   (7.5)
 ///
 /// which is the cumulative sum of Page [9] with the onset where g_h last began: the generalised likelihood ratio over
-/// the fault's onset. A fault that is rarer has a higher threshold, as the logarithm of its prior would have it. Of those that explain the
-/// pressure (mean squared innovation) the one farthest above its own threshold is called, when every other is `margin` farther
-/// below, or when it has been above for `patience_s`. From then on the sound filter has the fault in it, and a second one can be found.
+/// the fault's onset. A fault that is rarer has a higher threshold, as the logarithm of its prior would have it. Of those above their
+/// thresholds that explain the pressure (mean squared innovation) the one of greatest
+///
+///     g_h - threshold + log m_h,   m_h the ticks before it began in which it said the same as the sound filter           (7.5a)
+///
+/// is called, when every other is `margin` below, or when it has been above for `patience_s`: m_h onsets explain the data alike, where a
+/// fault that would have shown itself must have begun in that very tick. From then on the sound filter has the fault in it.
+///
+/// What is not known of the plant is not held against a coil: a tick that was skipped, a channel that is not believed or a node that
+/// was in its safe state begins all but what has been found anew, and no hypothesis for `quiet_s`; and while both chambers accuse,
+/// as a wrong position makes them do, none is called.
 ///
 /// What changes no flow cannot be seen: a valve stuck closed that nobody opens, a supply valve stuck open at a full chamber.
 ///
@@ -50,6 +59,7 @@ class ValveHealth final : public SwitchHealth {
     int above = 0;        ///< ticks above the threshold
     int equal = 0;        ///< ticks since its openings differed from the sound ones
     int age = 0;          ///< ticks since it began
+    int onsets = 1;       ///< ticks in which it could have begun and said the same
     bool alive = false;   ///< its filter is its own
   };
   /// Chamber 0 is A, 1 is B.
@@ -65,8 +75,10 @@ class ValveHealth final : public SwitchHealth {
     ChamberFilter::Chamber constants;
     ChamberFilter sound;
     std::vector<Hypothesis> hypotheses;
+    double accused = 0.0;  ///< the greatest score of late
   };
 
+  void begin_anew(std::span<const double, 2> pressure_pa, double position_m) noexcept;
   void pass_tick() noexcept;
   PathOpenings openings(std::size_t chamber, const Hypothesis* hypothesis) const noexcept;
   double state_of(std::size_t c, const SwitchFault& fault, double& edge) const noexcept;
@@ -75,6 +87,7 @@ class ValveHealth final : public SwitchHealth {
   void correct(Chamber& chamber, double measured_pa) noexcept;
   std::optional<FailedSwitch> decide() noexcept;
   double above_threshold(const Hypothesis& h) const noexcept;
+  double standing(const Hypothesis& h) const noexcept;
 
   HealthTuning tuning_;
   std::size_t coils_;
@@ -87,6 +100,8 @@ class ValveHealth final : public SwitchHealth {
   std::vector<Chamber> chambers_;
   double position_m_ = 0.0, last_time_s_ = 0.0;
   bool started_ = false;
+  bool blind_ = true;    // until a tick that is whole
+  int quiet_ticks_ = 0;  // until hypotheses may begin
 };
 
 }  // namespace solenoid
