@@ -278,7 +278,14 @@ class MpcController {
     d.rung = d.plan_age < fresh_ticks_ ? Rung::fresh : Rung::shifted;
     const std::size_t b = current_.block(now.tick, parts_.problem.horizon.blocks);
     planned_ = current_.plan.continuous[b];
-    return parts_.problem.modes.pattern(current_.plan.modes[b]);
+    return allowed(parts_.problem.modes.pattern(current_.plan.modes[b]), now.in_flight.lines());
+  }
+
+  /// What a plan wants, once the switches' limits let it: one that arrives late, is taken up again from a lower rung or is what is
+  /// left of another was made for other commands than were given. Till then they keep their command.
+  SwitchPattern allowed(SwitchPattern wanted, const DelayLines& lines) const noexcept {
+    const bool kept = lines.may_command(wanted, timing_) || parts_.problem.modes.find(lines.commanded()) < 0;
+    return kept ? wanted : lines.commanded();
   }
 
   Parts parts_;

@@ -3,6 +3,7 @@
 #include "controllers/any_solver.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -12,18 +13,21 @@ namespace solenoid {
 /// them are prepared at once, so that changing from one to another is changing a number (AnyProblem::mode_set).
 class SolverBank final : public SolverAround {
  public:
-  /// `first` is for the problem's own mode set, each of the spares for a set of its own; sets that are none have no solver.
-  SolverBank(AnySolverPtr first, std::vector<std::pair<ModeSet, AnySolverPtr>> spares)
+  /// A mode set and its solver; neither, where nothing is left.
+  using Spare = std::pair<std::optional<ModeSet>, AnySolverPtr>;
+
+  /// `first` is for the problem's own mode set, the k-th of the spares for AnyProblem::mode_set k + 1.
+  SolverBank(AnySolverPtr first, std::vector<Spare> spares)
       : SolverAround(std::move(first)), spares_(std::move(spares)) {}
 
   bool time_phases(PhaseTimes* into) noexcept override {
     bool all = inner_->time_phases(into);
-    for (auto& [modes, solver] : spares_) all = solver->time_phases(into) && all;
+    for (auto& [modes, solver] : spares_) all = (!solver || solver->time_phases(into)) && all;
     return all;
   }
   bool do_most_work(bool on) noexcept override {
     bool all = inner_->do_most_work(on);
-    for (auto& [modes, solver] : spares_) all = solver->do_most_work(on) && all;
+    for (auto& [modes, solver] : spares_) all = (!solver || solver->do_most_work(on)) && all;
     return all;
   }
 
@@ -33,7 +37,8 @@ class SolverBank final : public SolverAround {
     problems_.clear();
     for (auto& [modes, solver] : spares_) {
       problems_.emplace_back(problem);
-      (*problems_.back()).modes = modes;
+      if (!modes) continue;
+      (*problems_.back()).modes = *modes;
       solver->prepare(*problems_.back());
     }
   }
@@ -59,7 +64,7 @@ class SolverBank final : public SolverAround {
     return own;
   }
 
-  std::vector<std::pair<ModeSet, AnySolverPtr>> spares_;
+  std::vector<Spare> spares_;
   std::vector<Held<AnyProblem>> problems_;
 };
 

@@ -56,15 +56,16 @@ class KalmanGuard final : public Guard {
     problem_.lines = lines;
     for (std::size_t j = 0; j < problem_.reference.size(); ++j)
       problem_.reference[j] = outputs(reference.at(time_s + static_cast<double>(j + 1) * problem_.horizon.dt_s));
-    SwitchPattern best = 0;
+    const ModeSet& modes = problem_.modes;
+    SwitchPattern best = modes.find(lines.commanded()) >= 0 ? lines.commanded() : modes.safe_pattern();
     double least = Bounds<M>::infinity;
-    for (int mode = 0; mode < problem_.modes.size(); ++mode) {
-      if (!lines.may_command(problem_.modes.pattern(mode), timing_)) continue;
+    for (int mode = 0; mode < modes.size(); ++mode) {
+      if (!lines.may_command(modes.pattern(mode), timing_)) continue;
       plan_.modes.front() = mode;
       const SolveReport report = evaluate(problem_, plan_);
       if (!usable(report.status) || !(report.cost < least)) continue;
       least = report.cost;
-      best = problem_.modes.pattern(mode);
+      best = modes.pattern(mode);
     }
     return best;
   }

@@ -50,6 +50,11 @@ std::optional<ModeSet> with_fault(const ModeSet& modes, std::size_t c, const Swi
   }
   const SwitchPattern own = SwitchPattern{1} << c, safe = modes.safe_pattern();
   const bool stuck = commanded == 0.0;
+  if (stuck) {  // it moves no more: how long it was on or off binds no one
+    Switch& none = switches[c];
+    none.min_dwell_s = none.min_on_s = none.min_off_s = none.window_s = 0.0;
+    none.max_changes = 0;
+  }
   std::vector<Mode> left;
   for (const Mode& mode : modes.modes()) {
     if (mode.pattern != safe &&

@@ -15,7 +15,8 @@ namespace solenoid {
 
 /// These settings say how a solver's thread lives.
 struct SolverThreadSettings {
-  double period_s = 0.005;  ///< posts come so often: between them the thread sleeps, shortly before one it looks often
+  double period_s = 0.005;  ///< posts come so often: between them the thread naps, shortly before one it looks often
+  double nap_s = 0.001;     ///< so long: a problem that is posed in between, because a switch failed, waits no longer
   double lead_s = 0.001;    ///< before a post comes the problem as it is expected, for solvers that anticipate
   double look_s = 50e-6;    ///< how often
   int priority = 0;         ///< SCHED_FIFO below the tick's; 0: as it is
@@ -78,21 +79,24 @@ class BackgroundSolver final : public DeferredSolver {
       if (settings.core >= 0) pin_to_core("solver", settings.core);
       if (settings.priority > 0) set_fifo_priority("solver", settings.priority);
       MonotonicClock clock;
+      const double lead_s = solver->anticipates() ? settings.lead_s : 0.0, early_s = 6 * settings.look_s;
+      double due = 0.0;   // when the next problem is to be posed
+      double look = 0.0;  // and from when on something may come in time
       while (!stop.load(std::memory_order_relaxed)) {
         if (!posted.take()) {
-          clock.sleep_until(clock.now_s() + settings.look_s);
+          const double now = clock.now_s();
+          clock.sleep_until(now + std::clamp(look - now, settings.look_s, settings.nap_s));
           continue;
         }
         const double begun = clock.now_s();
-        const bool expected = posted.front().ticket == expectation;
-        if (expected)
+        if (posted.front().ticket == expectation) {
           solver->anticipate(*posted.front().problem, *posted.front().warm_start);
-        else
-          solve();
-        // Nothing comes for a while; sleep through most of it.
-        const double lead_s = solver->anticipates() ? settings.lead_s : 0.0;
-        const double next = begun + (expected ? lead_s : settings.period_s - lead_s) - 6 * settings.look_s;
-        if (clock.now_s() < next) clock.sleep_until(next);
+          look = begun + lead_s - early_s;
+          continue;
+        }
+        solve();
+        if (begun >= due - early_s) due = begun + settings.period_s;  // else one out of turn
+        look = due - lead_s - early_s;
       }
       ended.store(true);
     }

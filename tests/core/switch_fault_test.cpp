@@ -66,6 +66,27 @@ TEST(SwitchFault, AStuckSwitchIsNotCommandedAndModesStayOnceEach) {
   }
 }
 
+// How long a stuck switch was on or off binds no one: a plan over what is left, which has it off, must be allowed at once.
+TEST(SwitchFault, AStuckSwitchHasNoLimits) {
+  const Switch limited{
+      .name = "a", .min_dwell_s = 0.02, .min_on_s = 0.03, .min_off_s = 0.03, .max_changes = 3, .window_s = 0.1};
+  Switch other = limited;
+  other.name = "b";
+  const ModeSet both("two", {limited, other}, {{"none", 0b00}, {"a", 0b01}, {"b", 0b10}}, {0.0}, {{1.0}, {1.0}});
+  DelayLines lines(0b00);
+  lines.command(0b01, SwitchTiming(both, tick_s));
+  lines.advance(1);
+  ASSERT_FALSE(lines.may_command(0b00, SwitchTiming(both, tick_s)));
+  for (const SwitchFaultKind kind : {SwitchFaultKind::stuck_on, SwitchFaultKind::stuck_off}) {
+    const auto left = with_fault(both, 0, {kind}, tick_s);
+    ASSERT_TRUE(left);
+    const SwitchTiming timing(*left, tick_s);
+    EXPECT_TRUE(lines.may_command(0b00, timing)) << to_string(kind);
+    EXPECT_TRUE(lines.may_command(0b10, timing)) << to_string(kind);
+    EXPECT_EQ(timing.least(1, true), 30);
+  }
+}
+
 // Pulse code: of a chamber's seven modes four use no given coil of a path with two; stuck open, of the three on the other
 // path those stay that open at least as wide.
 TEST(SwitchFault, ModesThatOpenInVainAgainstWhatStaysOpenAreLeftOut) {

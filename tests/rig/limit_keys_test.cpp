@@ -9,6 +9,9 @@
 #include "core/systems/actuator/dynamics.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/campaign/simulated_system.hpp"
+#include "experiments/rig/background.hpp"
+#include "experiments/rig/late_solver.hpp"
+#include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
 #include "tests/support/variant_text.hpp"
 
 #include <gmock/gmock.h>
@@ -88,6 +91,45 @@ TEST(LimitKeys, WithoutAPlanTheLadderTakesOverAndSaysWhy) {
   const std::string words = broken_limit_text(counts.first_broken, system_of(variant).description(),
                                               system_of(variant).modes(variant), variant.timing.tick_s);
   EXPECT_THAT(words, AllOf(HasSubstr("position 0.0"), HasSubstr("beyond its bound of 0.0"), HasSubstr("1 ms ahead")));
+}
+
+// Plans that arrive after others have been given in their place, or as what is left of a bank that lost a coil: no command breaks the
+// least times all the same, whichever rung it is of, but those that turn everything off.
+TEST(LimitKeys, LatePlansKeepTheLeastTimesToo) {
+  const Campaign campaign = read_campaign("rig", {{"nine_robust"}, {"cycloidal"}});
+  const ScenarioConfig& scenario = campaign.scenarios.front();
+  VariantConfig variant = told(campaign.variants.front(), scenario);
+  variant.limits.least_on_ms = variant.limits.least_off_ms = 30.0;
+  const std::unique_ptr<SimulatedPlant> plant = make_plant(variant, scenario, 1);
+  const double tick_s = variant.timing.tick_s;
+  const auto late =
+      faults_of_solver(parse_faults({"solver:late=6@1+1.5", "solver:late=30@2.6+1"}, actuator_simulation()));
+  const auto ladder =
+      make_ladder(variant, scenario.trajectory, system_of(variant).ladder(variant),
+                  [&](AnySolverPtr solver) { return std::make_unique<LateSolver>(std::move(solver), late, tick_s); });
+  CommandLimits limits = make_limits(variant);
+  MemoryRecorder recorder(5000);
+  FakeClock clock;
+  ControlLoop loop(*plant, clock, *ladder, limits, recorder);
+  loop.run(4500, tick_s);
+  std::array<std::int64_t, 4> changed{-1000, -1000, -1000, -1000};
+  SwitchPattern before = 0;
+  int changes = 0, early = 0, held = 0;
+  for (std::int64_t k = 0; k < static_cast<std::int64_t>(recorder.records().size()); ++k) {
+    const TickRecord& t = recorder.records()[static_cast<std::size_t>(k)];
+    const bool planned = t.decision.rung <= Rung::held;
+    held += t.decision.rung == Rung::held;
+    for (std::size_t c = 0; c < 4; ++c) {
+      if (((t.applied.switches ^ before) >> c & 1u) == 0) continue;
+      ++changes;
+      early += planned && k - changed[c] < 30;
+      changed[c] = k;
+    }
+    before = t.applied.switches;
+  }
+  EXPECT_GT(changes, 30);
+  EXPECT_GT(held, 100);
+  EXPECT_EQ(early, 0);
 }
 
 TEST(LimitKeys, EveryBrokenLimitHasWords) {

@@ -98,10 +98,8 @@ ServoPair servo_pair(const VariantConfig& v) { return {actuator(v).nominal.servo
 
 /// What finds a coil that fails needs a controller that can do without it.
 void check_health(const TableReader& table, const VariantConfig& v) {
-  if (actuator(v).valve_health && find_row(system_of(v).laws(), v.solver))
-    table.fail("valve_health", fmt::format("the law '{}' cannot do without a coil (allowed: with a solver)", v.solver));
-  if (actuator(v).valve_health && on_servo_valves(v))
-    table.fail("valve_health", fmt::format("'{}' has no coils (allowed: with valves that switch)", v.modes));
+  if (!actuator(v).valve_health) return;
+  if (const std::string why = why_no_valve_health(v); !why.empty()) table.fail("valve_health", why);
 }
 
 template <HybridModel Model>
@@ -150,9 +148,9 @@ HealthTuning health_tuning(const VariantConfig& v) {
 AnySolverPtr solvers_of(const VariantConfig& v, const std::vector<SpareModes>& spares) {
   AnySolverPtr first = make_solver(v);
   if (spares.empty()) return first;
-  std::vector<std::pair<ModeSet, AnySolverPtr>> others;
-  for (const SpareModes& spare : spares)
-    if (spare.left) others.emplace_back(*spare.left, make_solver(v));
+  std::vector<SolverBank::Spare> others;
+  others.reserve(spares.size());
+  for (const SpareModes& spare : spares) others.emplace_back(spare.left, spare.left ? make_solver(v) : nullptr);
   return std::make_unique<SolverBank>(std::move(first), std::move(others));
 }
 

@@ -55,6 +55,18 @@ bool predicts_motor(const VariantConfig& v) {
 
 bool on_servo_valves(const VariantConfig& v) { return v.modes == servo_valves; }
 
+std::string why_no_valve_health(const VariantConfig& v) {
+  if (on_servo_valves(v)) return fmt::format("'{}' has no coils (allowed: with valves that switch)", v.modes);
+  constexpr const char* allowed =
+      "allowed: with a solver that chooses among whatever modes are left, branch_and_bound say";
+  if (find_row(system_of(v).laws(), v.solver))
+    return fmt::format("the law '{}' cannot do without a coil ({})", v.solver, allowed);
+  if (solver_row(v).pulses) return fmt::format("'{}' cuts the pulses of every coil ({})", v.solver, allowed);
+  if (v.solver == "extended_cost")
+    return fmt::format("'{}' needs a mode with every valve closed ({})", v.solver, allowed);
+  return {};
+}
+
 MotorInputs make_motor(const VariantConfig& v, const PneumaticActuator& model) {
   MotorLaw law = NoMotor{};
   if (actuator(v).motor == "pd" || predicts_motor(v)) law = PdMotor(model, actuator(v).motor_gains);

@@ -49,6 +49,9 @@ bool predicts_motor(const VariantConfig& variant);
 /// law PrestabilisedServo.
 bool on_servo_valves(const VariantConfig& variant);
 
+/// Why a variant cannot do without a coil that fails, with what could; empty: it can.
+std::string why_no_valve_health(const VariantConfig& variant);
+
 /// What the variant believes.
 template <HybridModel Model>
 Model make_model(const VariantConfig& v) {

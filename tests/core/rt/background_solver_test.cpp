@@ -78,6 +78,20 @@ struct BackgroundSolverTest : testing::Test {
   std::shared_ptr<Shared> shared = std::make_shared<Shared>();
 };
 
+// A problem out of turn, because a switch failed in the middle of a period, does not wait for the next period: it would wait an hour.
+TEST_F(BackgroundSolverTest, TakesUpWhatIsPostedOutOfTurn) {
+  SolverThreadSettings hourly;
+  hourly.period_s = 3600.0;
+  const auto solver = started(hourly);
+  std::vector<std::int64_t> seen;
+  for (const std::int64_t ticket : {0, 3, 5}) {
+    const Asked problem = at(1.0 + static_cast<double>(ticket));
+    solver->post(ticket, problem, Plan<DoubleIntegrator>(problem), 0.0);
+    EXPECT_EQ(collect(*solver, ticket, seen).cost, 1.0 + static_cast<double>(ticket));
+  }
+  EXPECT_EQ(seen, (std::vector<std::int64_t>{0, 3, 5}));
+}
+
 TEST_F(BackgroundSolverTest, SolvesAsTheSolverInsideDoes) {
   SolverThreadSettings on_a_core;
   on_a_core.core = 0;
