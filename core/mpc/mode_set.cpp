@@ -55,8 +55,8 @@ int whole_steps(const Switch& s, const char* what, double time_s, double dt, dou
   const double steps = round(time_s / dt);
   // The message is built only when wanted: solves measure timing too, and must not allocate.
   if (!(steps >= 0 && steps <= max_delay_steps))
-    require(false, fmt::format("switch '{}': {} of {} s is {} steps of {} s; allowed 0 to {}", s.name, what, time_s,
-                               steps, dt, max_delay_steps));
+    require(false, fmt::format("switch '{}': {} of {} s is {} steps of {} s; allowed 0 to {} steps", s.name, what,
+                               time_s, steps, dt, max_delay_steps));
   return static_cast<int>(steps);
 }
 

@@ -114,7 +114,10 @@ void add_valve_health(CLI::App& study, int& exit_code) {
   command->add_option("--healthy-hours", s.healthy_hours, "of sound plants, for false alarms; default 0.1")
       ->check(CLI::Range(0.0, 1000.0));
   command->add_flag("--every-kind", s.every_kind, "valves that leak and slow ones too");
-  command->add_option("--valves", s.variants, "health_two_way or health_pcm_2; default both")->delimiter(',');
+  command
+      ->add_option("--valves", s.variants,
+                   "health_two_way, health_pcm_2, or a variant with valve_health; default these two")
+      ->delimiter(',');
   s.jobs = 0;
   add_jobs_option(*command, s.jobs);
   add_output_options(*command, options->output);

@@ -68,7 +68,8 @@ void FaultyPlant::find_switch(std::size_t index, const ActuationFault& known) {
     }
     allowed += (allowed.empty() ? "" : ", ") + name;
   }
-  refuse(fmt::format("'{}' has no such switch (allowed: {})", modes.name(), allowed));
+  refuse(allowed.empty() ? fmt::format("'{}' has no switches", modes.name())
+                         : fmt::format("'{}' has no such switch (allowed: {})", modes.name(), allowed));
 }
 
 /// Of several faults of one switch the script's last that acts counts.

@@ -252,6 +252,7 @@ TEST(ModeSet, OfAnySizeMapsEveryPatternByItsGains) {
     std::set<SwitchPattern> some = {0, first_switches(switches)};
     for (int i = 0; i < 200; ++i) some.insert(static_cast<SwitchPattern>(random()) & first_switches(switches));
     std::vector<Mode> modes;
+    modes.reserve(some.size());
     for (const SwitchPattern p : some) modes.push_back({fmt::format("{:b}", p), p});
     std::shuffle(modes.begin(), modes.end(), random);
     const ModeSet set("drawn", names, modes, {1.0, -2.0, 3.0}, gain);

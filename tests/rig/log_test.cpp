@@ -112,7 +112,9 @@ TickRecord some_tick() {
   t.applied = {0b0010, {2.0 / 3}};
   t.decision.rung = Rung::held;
   t.decision.faults.add(pressure_b_channel, SensorFault::slew);
+  t.decision.faults.add(Fault::switch_failed);
   t.decision.safe_causes.add(Fault::aborted);
+  t.decision.safe_causes.add(Fault::switches_lost);
   t.decision.report.status = Status::deadline_reached;
   t.decision.solved = true;
   t.decision.ticket = 1230;
@@ -126,6 +128,8 @@ TEST(TickJson, KeepsEveryDigitThatAReplayNeeds) {
   const TickFormat format(actuator_description());
   format.json(tick, json);
   const TickRecord again = format.from_json(json);
+  EXPECT_EQ(again.decision.faults, tick.decision.faults);
+  EXPECT_EQ(again.decision.safe_causes, tick.decision.safe_causes);
   for (const TickField& field : format.fields()) {
     if (field.exact) {
       EXPECT_EQ(field.get(again), field.get(tick)) << field.name;

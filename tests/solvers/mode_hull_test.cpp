@@ -21,6 +21,7 @@ ModeSet product_of(std::size_t switches, const std::vector<std::vector<SwitchPat
     patterns = more;
   }
   std::vector<Mode> modes;
+  modes.reserve(patterns.size());
   for (const SwitchPattern p : patterns) modes.push_back({std::to_string(p), p});
   return {"product", std::vector<Switch>(switches), modes, {0.0}, std::vector(switches, std::vector{1.0})};
 }

@@ -68,6 +68,7 @@ const std::vector<ChamberMode>& single_valve() {
 ModeSet two_way(const char* name, const std::vector<std::pair<std::size_t, std::size_t>>& pairs,
                 const ActuatorParameters& p) {
   std::vector<std::pair<ChamberMode, ChamberMode>> modes;
+  modes.reserve(pairs.size());
   for (const auto& [a, b] : pairs) modes.emplace_back(single_valve()[a], single_valve()[b]);
   return bank(name, {1.0}, modes, p);
 }

@@ -119,9 +119,9 @@ void add_ladder(const Fields& fields, const SystemDescription& s) {
              AT(decision.failed_switch), true);
   fields.add("mode_set", "which switches are commanded: 0 all, else a set of those that are left",
              AT(decision.mode_set), true);
-  if (s.channels.size() <= FaultSet::channels_below) return;
-  fields.add_faults("faults_more", "of the channels from the fourth on", AT(decision.faults), 32);
-  fields.add_faults("safe_causes_more", "of the channels from the fourth on", AT(decision.safe_causes), 32);
+  fields.add_faults("faults_more", "of the channels from the fourth on and of switches", AT(decision.faults), 32);
+  fields.add_faults("safe_causes_more", "of the channels from the fourth on and of switches", AT(decision.safe_causes),
+                    32);
 }
 
 void add_solve(const Fields& fields) {

@@ -1,6 +1,7 @@
 #include "experiments/systems/actuator/health/health_study.hpp"
 
 #include "controllers/systems.hpp"
+#include "controllers/systems/actuator/actuator_variant.hpp"
 #include "core/config/document.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/base/embedded.hpp"
@@ -132,6 +133,12 @@ Setting setting_of(const HealthStudySettings& settings) {
                                                     "tasks/valve_health.toml"),
                                 {.variants = settings.variants}),
                   {}};
+  for (const VariantConfig& variant : setting.campaign.variants)
+    if (!actuator(variant).valve_health)
+      throw ConfigError(
+          fmt::format("--valves: variant '{}' watches no coils (allowed: health_two_way, health_pcm_2, and others "
+                      "with valve_health = true)",
+                      variant.name));
   std::string before;
   for (std::size_t i = 0; i < setting.campaign.scenarios.size(); ++i) {
     const std::string name = setting.campaign.scenarios.name(i), table = name.substr(0, name.rfind("-m"));
@@ -167,7 +174,7 @@ std::vector<HealthRow> rows_of(const Setting& setting) {
     for (const char* when : {"at rest", "moving"})
       for (const Switch& coil : modes.switches())
         for (const SwitchFault& fault : setting.faults())
-          rows.push_back({.variant = variant.modes, .coil = coil.name, .fault = fault_name(fault), .when = when});
+          rows.push_back({.variant = variant.name, .coil = coil.name, .fault = fault_name(fault), .when = when});
   }
   return rows;
 }
@@ -222,7 +229,7 @@ HealthStudy study_valve_health(const HealthStudySettings& settings,
 Result result_of(const HealthStudy& study) {
   Table table{
       .name = "faults",
-      .columns = {Column("valves", "valves", "<"), Column("coil", "coil", "<"), Column("fault", "fault", "<"),
+      .columns = {Column("variant", "variant", "<"), Column("coil", "coil", "<"), Column("fault", "fault", "<"),
                   Column("when", "when", "<"), Column("plants", "plants"), Column("shown", "shown"),
                   Column("in_time_share", "in 150 ms %", ".1f%"), Column("delay_s_p50"), Column("delay_s_p95"),
                   Column("", "delay ms p50", ".0f"), Column("", "p95", ".0f"), Column("right_coil", "right coil"),
