@@ -85,7 +85,7 @@ class BackgroundSolver final : public DeferredSolver {
       while (!stop.load(std::memory_order_relaxed)) {
         if (!posted.take()) {
           const double now = clock.now_s();
-          clock.sleep_until(now + std::clamp(look - now, settings.look_s, settings.nap_s));
+          clock.sleep_until(now + std::max(settings.look_s, std::min(look - now, settings.nap_s)));
           continue;
         }
         const double begun = clock.now_s();

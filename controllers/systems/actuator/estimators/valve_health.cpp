@@ -219,6 +219,7 @@ double ValveHealth::above_threshold(const Hypothesis& h) const noexcept {
 }
 
 bool ValveHealth::doubts() const noexcept {
+  if (blind_) return false;
   for (const Chamber& chamber : chambers_)
     for (const Hypothesis& h : chamber.hypotheses)
       if (h.alive && h.fit <= tuning_.worst_fit && h.score > tuning_.doubt) return true;
