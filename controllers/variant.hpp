@@ -59,6 +59,32 @@ struct RoundingSettings {
   bool operator==(const RoundingSettings&) const = default;
 };
 
+/// How a solver that samples sequences of modes does it (solvers/sampling/mode_sampling.hpp).
+struct SamplingSettings {
+  int samples = 512;         ///< sequences tried a solve, over all iterations
+  int iterations = 4;        ///< updates of the distribution they are drawn from
+  double elites = 0.1;       ///< share of the best that the cross-entropy method fits the distribution to
+  double temperature = 0.1;  ///< of MPPI's weights, in the spread of an iteration's costs
+  double smoothing = 0.3;    ///< share of the distribution before an update that stays in it
+  double mutation = 0.1;     ///< probability that a block of a sample leaves the distribution for a neighbour
+  int seed = 1;              ///< of the draws
+  bool operator==(const SamplingSettings&) const = default;
+};
+
+/// How a relaxed plan becomes pulses of single steps.
+struct ModulationSettings {
+  std::string kind = "pulse_width";
+  bool informed = false;  ///< the modulator's own state is in the prediction that the inputs are planned by
+  bool operator==(const ModulationSettings&) const = default;
+};
+
+/// What a solver that was taught has learned, and what it still searches.
+struct LearnedSettings {
+  std::string network;      ///< a shipped network's name, or a file of one
+  int searched_blocks = 2;  ///< blocks of the horizon that are searched before a learned cost-to-go ends the sequence
+  bool operator==(const LearnedSettings&) const = default;
+};
+
 /// A controller as data: one [variant.NAME] table. Defaults are the system's (new_variant()); what a key means and may be
 /// stands in variant_keys.cpp and with the system, which of them a solver or law reads in catalogue.cpp.
 struct VariantConfig {
@@ -76,6 +102,9 @@ struct VariantConfig {
   CostSettings cost;
   LimitSettings limits;
   RoundingSettings rounding;
+  SamplingSettings sampling;
+  ModulationSettings modulation;
+  LearnedSettings learned;
   IntegralSettings integral;
   OwnSettings own;                                   ///< what the system alone knows
   std::map<std::string, double, std::less<>> added;  ///< by path: keys of rows that are not the system's own

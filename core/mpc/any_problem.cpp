@@ -33,6 +33,7 @@ void shift_plan(const Horizon& horizon, int steps, AnyPlan& plan) noexcept {
       if (plan.relaxation.known) {
         take(weights, from, b);
         plan.relaxation.owed[b] = plan.relaxation.owed[from];
+        plan.relaxation.owed_sum[b] = plan.relaxation.owed_sum[from];
       }
     }
     begin += horizon.blocks[b];

@@ -32,6 +32,8 @@ struct Relaxation {
   std::vector<double> weights;
   /// By how many steps each switch has been on for less than the relaxation wanted, as the block begins.
   std::vector<SwitchStates<double>> owed;
+  /// The sum of that over the steps before the block: the second state of a modulator of second order.
+  std::vector<SwitchStates<double>> owed_sum;
 };
 
 /// A plan of some model.

@@ -136,6 +136,7 @@ struct Plan final : AnyPlan {
     modes.resize(continuous.size());
     relaxation.weights.resize(modes.size() * static_cast<std::size_t>(problem.modes.size()));
     relaxation.owed.resize(modes.size());
+    relaxation.owed_sum.resize(modes.size());
   }
 
   std::unique_ptr<AnyPlan> clone() const override { return std::make_unique<Plan>(*this); }
@@ -144,6 +145,7 @@ struct Plan final : AnyPlan {
     modes.resize(blocks);
     continuous.resize(blocks);
     relaxation.owed.resize(blocks);
+    relaxation.owed_sum.resize(blocks);
   }
   std::span<double> inputs() noexcept override { return in_a_row(continuous); }
   std::span<const double> inputs() const noexcept override { return in_a_row(continuous); }
