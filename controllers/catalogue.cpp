@@ -20,6 +20,13 @@ void check_tree(TableReader& table, const VariantConfig& v) {
                                                       v.horizon.blocks.size(), v.solver, max_tree_blocks));
 }
 
+void check_sampling(TableReader& table, const VariantConfig& v) {
+  if (v.sampling.iterations > v.sampling.samples)
+    table.table("sampling")
+        .fail("iterations", fmt::format("{} are more than the samples (allowed: at most {})", v.sampling.iterations,
+                                        v.sampling.samples));
+}
+
 void check_pulses(TableReader& table, const VariantConfig& v) {
   double longest_s = 0.0;
   const ModeSet modes = system_of(v).modes(v);

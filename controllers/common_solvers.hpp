@@ -25,6 +25,22 @@ SolverPtr<M> make_pulses(const VariantConfig& v, RelaxedPtr<M> relaxed) {
                                             RelaxAndPulseSettings{.interval = v.timing.ticks_per_period});
 }
 
+/// How a variant has sequences of modes sampled.
+inline ModeSamplingSettings sampling_of(const VariantConfig& v, SamplingUpdate update) {
+  const SamplingSettings& s = v.sampling;
+  return {.update = update,
+          .samples = s.samples,
+          .iterations = s.iterations,
+          .elites = s.elites,
+          .temperature = s.temperature,
+          .smoothing = s.smoothing,
+          .mutation = s.mutation,
+          .seed = static_cast<std::uint64_t>(s.seed)};
+}
+
+/// Refuses more updates than samples.
+void check_sampling(TableReader& table, const VariantConfig& variant);
+
 /// The solvers that every system has, for its models: those must be compiled (compiled_solvers.hpp).
 template <HybridModel... Models>
 std::vector<SolverRow> common_solvers() {
@@ -32,6 +48,10 @@ std::vector<SolverRow> common_solvers() {
     return SolverMakers::of<Models...>([method]<HybridModel M>(const VariantConfig& v) {
       return make_rounding<M>(relaxation_of(v), {.method = method, .improve = v.rounding.improve});
     });
+  };
+  const auto sampling = [](SamplingUpdate update) {
+    return SolverMakers::of<Models...>(
+        [update]<HybridModel M>(const VariantConfig& v) { return make_sampling<M>(sampling_of(v, update)); });
   };
   std::vector<SolverRow> rows;
   rows.push_back({.name = "exhaustive",
@@ -56,6 +76,17 @@ std::vector<SolverRow> common_solvers() {
                   .chooses_continuous = true,
                   .groups = {"planning", "limits", "rounding", "relaxing"},
                   .make = rounding(RoundingMethod::integral_approximation)});
+  rows.push_back(
+      {.name = "cross_entropy",
+       .summary = "sampled sequences, their distribution fitted to the best ones: docs/theory/theory-sampling.md",
+       .groups = {"planning", "limits", "sampling", "elites"},
+       .make = sampling(SamplingUpdate::elites),
+       .check = check_sampling});
+  rows.push_back({.name = "mppi",
+                  .summary = "the same weighted by the exponential of their costs: model predictive path integral",
+                  .groups = {"planning", "limits", "sampling", "weights"},
+                  .make = sampling(SamplingUpdate::weights),
+                  .check = check_sampling});
   rows.push_back({.name = "relaxed_pulses",
                   .summary = "relaxed by projected gradients, applied as pulses over each control period",
                   .chooses_continuous = true,
@@ -66,14 +97,14 @@ std::vector<SolverRow> common_solvers() {
                     return make_pulses<M>(v, make_projected_gradient<M>(relaxation_of(v)));
                   }),
                   .check = check_pulses});
-  rows.push_back(
-      {.name = "bonmin",
-       .summary = "the mixed-integer problem by Bonmin, where coinor-libbonmin-dev was there at build time",
-       .real_time = false,
-       .instead = "branch_and_bound, or cia for a joint plan",
-       .chooses_continuous = true,
-       .groups = {"planning"},
-       .make = SolverMakers::of<Models...>([]<HybridModel M>(const VariantConfig&) { return make_bonmin<M>(); })});
+  rows.push_back({.name = "bonmin",
+                  .summary = "the mixed-integer problem by Bonmin, where coinor-libbonmin-dev was there at build time",
+                  .real_time = false,
+                  .instead = "branch_and_bound, or cia for a joint plan",
+                  .chooses_continuous = true,
+                  .groups = {"planning", "minlp"},
+                  .make = SolverMakers::of<Models...>(
+                      []<HybridModel M>(const VariantConfig& v) { return make_bonmin<M>(v.minlp.algorithm); })});
   return rows;
 }
 

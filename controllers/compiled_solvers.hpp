@@ -4,8 +4,10 @@
 #include "core/mpc/relaxation.hpp"
 #include "solvers/rounding/projected_gradient.hpp"
 #include "solvers/rounding/relax_and_round.hpp"
+#include "solvers/sampling/sampling_settings.hpp"
 
 #include <memory>
+#include <string>
 #include <tuple>
 
 namespace solenoid {
@@ -24,9 +26,12 @@ SolverPtr<M> make_rounding(const ProjectedGradientSettings& relaxation, const Re
 /// The relaxed solver alone, as make_rounding() has it.
 template <HybridModel M>
 RelaxedPtr<M> make_projected_gradient(const ProjectedGradientSettings& settings);
-/// By Bonmin.
+/// Samples sequences.
 template <HybridModel M>
-SolverPtr<M> make_bonmin();
+SolverPtr<M> make_sampling(const ModeSamplingSettings& settings);
+/// By Bonmin; of the algorithms in `minlp.algorithm` (variant_keys.cpp).
+template <HybridModel M>
+SolverPtr<M> make_bonmin(const std::string& algorithm);
 
 /// A size of the relaxed problem: weights of the modes' hull, rows of memory (solvers/sqp/sqp.hpp).
 template <int weights, int memory>

@@ -4,6 +4,7 @@
 #include "core/metrics/metrics.hpp"
 #include "core/mpc/rollout.hpp"
 #include "solvers/minlp/bonmin.hpp"
+#include "solvers/sampling/mode_sampling.hpp"
 #include "solvers/search/branch_and_bound.hpp"
 
 #include <limits>
@@ -16,7 +17,8 @@ namespace solenoid {
   template SolverPtr<Model> make_tree_search<Model>(bool);                                                        \
   template SolverPtr<Model> make_rounding<Model>(const ProjectedGradientSettings&, const RelaxAndRoundSettings&); \
   template RelaxedPtr<Model> make_projected_gradient<Model>(const ProjectedGradientSettings&);                    \
-  template SolverPtr<Model> make_bonmin<Model>();                                                                 \
+  template SolverPtr<Model> make_sampling<Model>(const ModeSamplingSettings&);                                    \
+  template SolverPtr<Model> make_bonmin<Model>(const std::string&);                                               \
   template const ModelTools& model_tools<Model>();
 
 template <HybridModel M>
@@ -35,8 +37,16 @@ RelaxedPtr<M> make_projected_gradient(const ProjectedGradientSettings& settings)
 }
 
 template <HybridModel M>
-SolverPtr<M> make_bonmin() {
-  return std::make_unique<BonminSolver<M>>();
+SolverPtr<M> make_sampling(const ModeSamplingSettings& settings) {
+  return std::make_unique<ModeSampling<M>>(settings);
+}
+
+template <HybridModel M>
+SolverPtr<M> make_bonmin(const std::string& algorithm) {
+  using enum minlp::Algorithm;
+  return std::make_unique<BonminSolver<M>>(algorithm == "outer_approximation" ? outer_approximation
+                                           : algorithm == "feasibility_pump"  ? feasibility_pump
+                                                                              : branch_and_bound);
 }
 
 /// What model_tools() is made of.

@@ -66,9 +66,15 @@ struct SamplingSettings {
   double elites = 0.1;       ///< share of the best that the cross-entropy method fits the distribution to
   double temperature = 0.1;  ///< of MPPI's weights, in the spread of an iteration's costs
   double smoothing = 0.3;    ///< share of the distribution before an update that stays in it
-  double mutation = 0.1;     ///< probability that a block of a sample leaves the distribution for a neighbour
+  double mutation = 0.3;     ///< probability that a block of a sample flips one switch of its mode
   int seed = 1;              ///< of the draws
   bool operator==(const SamplingSettings&) const = default;
+};
+
+/// How a solver of other people's mixed-integer programs goes about it.
+struct MinlpSettings {
+  std::string algorithm = "branch_and_bound";
+  bool operator==(const MinlpSettings&) const = default;
 };
 
 /// How a relaxed plan becomes pulses of single steps.
@@ -103,6 +109,7 @@ struct VariantConfig {
   LimitSettings limits;
   RoundingSettings rounding;
   SamplingSettings sampling;
+  MinlpSettings minlp;
   ModulationSettings modulation;
   LearnedSettings learned;
   IntegralSettings integral;

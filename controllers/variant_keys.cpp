@@ -90,6 +90,31 @@ void add_limits(const KeyGroup& all, const SystemDescription& system) {
   }
 }
 
+/// Of solvers that draw sequences of modes.
+void add_sampling(std::vector<VariantKey>& keys) {
+  const KeyGroup all{keys, "sampling"}, elites{keys, "elites"}, weights{keys, "weights"};
+  all.add("sampling.samples", VariantKey::At<int>(AT(sampling.samples)), Range::between(1, 10'000'000), "",
+          "sequences of modes tried in a solve; with deadline_ms as many of them as there is time for");
+  all.add("sampling.iterations", VariantKey::At<int>(AT(sampling.iterations)), Range::between(1, 100'000), "",
+          "updates of the distribution they are drawn from, at most sampling.samples");
+  elites.add("sampling.elites", VariantKey::At<double>(AT(sampling.elites)), {1e-6, 1.0, true}, "",
+             "share of an iteration's samples that the distribution is fitted to");
+  weights.add("sampling.temperature", VariantKey::At<double>(AT(sampling.temperature)), Range::positive(), "",
+              "lambda of a sample's weight exp(-(J - J_min) / (lambda (J_mean - J_min)))");
+  all.add("sampling.smoothing", VariantKey::At<double>(AT(sampling.smoothing)), Range::between(0.0, 1.0), "",
+          "share of the distribution before an update that stays in it");
+  all.add("sampling.mutation", VariantKey::At<double>(AT(sampling.mutation)), Range::between(0.0, 1.0), "",
+          "probability that a block of a sample flips one switch of its mode");
+  all.add("sampling.seed", VariantKey::At<int>(AT(sampling.seed)), Range::between(0, 1'000'000'000), "",
+          "of the draws");
+}
+
+void add_minlp(const KeyGroup& all) {
+  all.text("minlp.algorithm", VariantKey::At<std::string>(AT(minlp.algorithm)),
+           {"branch_and_bound", "outer_approximation", "feasibility_pump"},
+           "how Bonmin goes about it: B-BB, B-OA, B-iFP");
+}
+
 void add_planning(const KeyGroup& all, const KeyGroup& rounding, const KeyGroup& relaxing,
                   const SystemDescription& system) {
   all.add("latency_ticks", VariantKey::At<int>(AT(latency_ticks)), Range::between(0, 1000), "ticks",
@@ -221,6 +246,8 @@ std::vector<VariantKey> common_keys(const SystemDescription& system, const std::
   choosers.insert(choosers.end(), laws.begin(), laws.end());
   add_choices({keys, ""}, system, choosers, mode_sets, estimators, parameter_sets);
   add_planning({keys, "planning"}, {keys, "rounding"}, {keys, "relaxing"}, system);
+  add_sampling(keys);
+  add_minlp({keys, "minlp"});
   add_limits({keys, "limits"}, system);
   return keys;
 }

@@ -1,6 +1,6 @@
 #include "experiments/campaign/sampling.hpp"
 
-#include "experiments/base/mixed_bits.hpp"
+#include "core/signal/mixed_bits.hpp"
 
 #include <algorithm>
 #include <bit>

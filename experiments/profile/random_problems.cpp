@@ -1,7 +1,7 @@
 #include "experiments/profile/random_problems.hpp"
 
 #include "core/config/reader.hpp"
-#include "experiments/base/mixed_bits.hpp"
+#include "core/signal/mixed_bits.hpp"
 
 #include <cmath>
 

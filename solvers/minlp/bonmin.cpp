@@ -110,10 +110,22 @@ class Choices final : public Bonmin::TMINLP {
   std::vector<double> gradient_;
 };
 
-void configure(Bonmin::BonminSetup& setup, double seconds) {
+const char* name_of(Algorithm algorithm) {
+  switch (algorithm) {
+    case Algorithm::branch_and_bound:
+      return "B-BB";
+    case Algorithm::outer_approximation:
+      return "B-OA";
+    case Algorithm::feasibility_pump:
+      return "B-iFP";
+  }
+  return "B-BB";
+}
+
+void configure(Bonmin::BonminSetup& setup, double seconds, Algorithm algorithm) {
   setup.initializeOptionsAndJournalist();
   const auto options = setup.options();
-  options->SetStringValue("bonmin.algorithm", "B-BB");
+  options->SetStringValue("bonmin.algorithm", name_of(algorithm));
   options->SetNumericValue("bonmin.time_limit", std::min(seconds, 1e9));
   options->SetStringValue("hessian_approximation", "limited-memory");
   options->SetStringValue("sb", "yes");
@@ -125,11 +137,11 @@ void configure(Bonmin::BonminSetup& setup, double seconds) {
 }
 
 /// Bonmin itself, in this process. False if it failed in a way it reports.
-bool search(Function& function, const std::vector<double>& start, double seconds, Answer& answer) {
+bool search(Function& function, const std::vector<double>& start, double seconds, Algorithm algorithm, Answer& answer) {
   try {
     const Ipopt::SmartPtr<Bonmin::TMINLP> problem = new Choices(function, start, answer);
     Bonmin::BonminSetup setup;
-    configure(setup, seconds);
+    configure(setup, seconds, algorithm);
     setup.initialize(problem);
     Bonmin::Bab tree;
     tree(setup);
@@ -172,14 +184,15 @@ struct Header {
   int found, ended, nodes;
 };
 
-[[noreturn]] void work(int into, Function& function, const std::vector<double>& start, double seconds) {
+[[noreturn]] void work(int into, Function& function, const std::vector<double>& start, double seconds,
+                       Algorithm algorithm) {
   const int nowhere = ::open("/dev/null", O_WRONLY);
   ::dup2(nowhere, STDOUT_FILENO);
   ::dup2(nowhere, STDERR_FILENO);
   const rlimit no_core{0, 0};
   ::setrlimit(RLIMIT_CORE, &no_core);
   Answer answer;
-  if (!search(function, start, seconds, answer)) ::_exit(1);
+  if (!search(function, start, seconds, algorithm, answer)) ::_exit(1);
   answer.x.resize(start.size());
   const Header header{answer.found, answer.ended, answer.nodes};
   const bool sent =
@@ -189,11 +202,11 @@ struct Header {
 
 }  // namespace
 
-Answer minimise(Function& function, const std::vector<double>& start, double seconds) {
+Answer minimise(Function& function, const std::vector<double>& start, double seconds, Algorithm algorithm) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("bonmin: no pipe");
   const pid_t child = ::fork();
-  if (child == 0) work(ends[1], function, start, seconds);
+  if (child == 0) work(ends[1], function, start, seconds, algorithm);
   ::close(ends[1]);
   Answer answer;
   answer.x.resize(start.size());
@@ -222,7 +235,7 @@ bool available() { return true; }
 
 #else
 
-Answer minimise(Function&, const std::vector<double>&, double) {
+Answer minimise(Function&, const std::vector<double>&, double, Algorithm) {
   throw std::runtime_error("Bonmin is not built in: apt-get install coinor-libbonmin-dev");
 }
 

@@ -19,6 +19,13 @@ struct Function {
   std::vector<double> lower, upper;  ///< of the continuous variables
 };
 
+/// How Bonmin goes about it.
+enum class Algorithm : std::uint8_t {
+  branch_and_bound,     ///< B-BB: a nonlinear relaxation a node
+  outer_approximation,  ///< B-OA: mixed-integer linear problems of ever more tangents, which cut off what is not convex
+  feasibility_pump,     ///< B-iFP: rounded and relaxed points that approach each other, again below each incumbent
+};
+
 /// What Bonmin found by the time it ended or was stopped.
 struct Answer {
   bool found = false;    ///< x is a point with integral choices
@@ -28,17 +35,17 @@ struct Answer {
   int nodes = 0;
 };
 
-/// Minimises by Bonmin's B-BB from `start`, at most `seconds` (and one more before it is killed). Bonmin runs in a
+/// Minimises by Bonmin from `start`, at most `seconds` (and one more before it is killed). Bonmin runs in a
 /// process of its own: an assertion in it is a failure here, and two Ipopts never meet. Throws std::runtime_error where
 /// that process fails or Bonmin is not built in.
-Answer minimise(Function& function, const std::vector<double>& start, double seconds);
+Answer minimise(Function& function, const std::vector<double>& start, double seconds, Algorithm algorithm);
 
 /// Whether this build has Bonmin (apt-get install coinor-libbonmin-dev, then build afresh).
 bool available();
 
 }  // namespace minlp
 
-/// The mixed-integer problem by Bonmin [Bonami et al. 2008], NLP-based branch and bound: an outside opinion, offline.
+/// The mixed-integer problem by Bonmin [Bonami et al. 2008]: an outside opinion, offline.
 ///
 /// minimise  relaxed_cost(weights, u) over one-of-modes weights a block, u in its box               [theory.md, eq. 1]
 /// status    feasible: Bonmin ended with a plan. It proves nothing: the relaxation is not convex, and its nodes' local
@@ -49,6 +56,8 @@ bool available();
 template <HybridModel M>
 class BonminSolver final : public Solver<M> {
  public:
+  explicit BonminSolver(minlp::Algorithm algorithm = minlp::Algorithm::branch_and_bound) : algorithm_(algorithm) {}
+
   void prepare(const Problem<M>& problem) override {
     if (!problem.modes.one_at_a_time().empty())
       throw std::invalid_argument("bonmin: mode set '" + problem.modes.name() +
@@ -124,7 +133,7 @@ class BonminSolver final : public Solver<M> {
     relax_plan(problem, grid_, plan, start);
     std::vector<double> x = start.weights;
     for (const ContinuousOf<M>& u : start.continuous) x.insert(x.end(), u.begin(), u.end());
-    const minlp::Answer answer = minlp::minimise(cost, x, deadline.seconds_left());
+    const minlp::Answer answer = minlp::minimise(cost, x, deadline.seconds_left(), algorithm_);
     nodes = answer.nodes;
     if (answer.found) read(problem, answer.x, plan);
     if (!answer.ended) return Status::deadline_reached;
@@ -141,6 +150,7 @@ class BonminSolver final : public Solver<M> {
     }
   }
 
+  minlp::Algorithm algorithm_;
   RelaxedGrid grid_;
 };
 

@@ -319,21 +319,11 @@ class BranchAndBound final : public Solver<M> {
 
   void roll(const Problem<M>& problem, std::size_t b) noexcept {
     report_.nodes += lanes_.count;
-    pad_lanes();
+    pad_lanes(kernel_.width, inputs_, lanes_);
     const PhaseScope timed(phases_, Phase::rollout);
     const double cutoff = prunes() ? report_.cost : Bounds<M>::infinity;
     report_.model_steps += std::int64_t{kernel_.whole_registers(lanes_.count)} * problem.horizon.blocks[b];
     kernel_.roll(problem, {planned_.data(), first_step_[b], problem.horizon.blocks[b], cutoff}, inputs_, lanes_);
-  }
-
-  /// Fills the unused lanes of the last register with copies of the first lane.
-  void pad_lanes() noexcept {
-    for (int lane = lanes_.count; lane % kernel_.width != 0; ++lane) {
-      for (auto& row : lanes_.state) row[lane] = row[0];
-      lanes_.cost[lane] = Bounds<M>::infinity;
-      for (int p = 0; p < inputs_.pieces; ++p)
-        for (auto& row : inputs_.piece[static_cast<std::size_t>(p)].value) row[lane] = row[0];
-    }
   }
 
   Node child_of_lane(std::size_t b, int lane) const noexcept {

@@ -129,4 +129,15 @@ class LaneInputBuilder {
   std::vector<SwitchedOf<M>> hull_low_, hull_high_;  // mode-major, then budget, then edge
 };
 
+/// Fills the unused lanes of the last register, which holds `width`, with copies of the first lane that cost infinity.
+template <HybridModel M>
+void pad_lanes(int width, LaneInputs<M>& inputs, Lanes<M>& lanes) noexcept {
+  for (int lane = lanes.count; lane % width != 0; ++lane) {
+    for (auto& row : lanes.state) row[lane] = row[0];
+    lanes.cost[lane] = Bounds<M>::infinity;
+    for (int p = 0; p < inputs.pieces; ++p)
+      for (auto& row : inputs.piece[static_cast<std::size_t>(p)].value) row[lane] = row[0];
+  }
+}
+
 }  // namespace solenoid

@@ -70,14 +70,14 @@ VariantConfig variant(const char* valves, const char* motor) {
 
 /// Solves to the end, with a deadline already over, and with a state that is no number: none may allocate.
 template <class M>
-void solves_without_allocation(Solver<M>& solver, const char* valves) {
+void solves_without_allocation(Solver<M>& solver, const char* valves, Status to_the_end = Status::optimal) {
   Problem<M> problem = make_problem<M>(variant(valves, HasFeedback<M> ? "in_prediction" : "none"));
   problem.initial = {0.05, 0.1, 150e3, 150e3};
   solver.prepare(problem);
   Plan<M> plan(problem);
   SolveReport report;
   EXPECT_EQ(allocations_of([&] { report = solver.solve(problem, plan, Deadline::never()); }), 0);
-  EXPECT_EQ(report.status, Status::optimal);
+  EXPECT_EQ(report.status, to_the_end);
   const Deadline over(Deadline::Clock::now());
   EXPECT_EQ(allocations_of([&] { report = solver.solve(problem, plan, over); }), 0);
   EXPECT_EQ(report.status, Status::deadline_reached);
@@ -94,6 +94,13 @@ TEST(HotPath, SearchesSolveWithoutAllocation) {
       solves_without_allocation<PneumaticActuator>(*make_solver<PneumaticActuator>(name), valves);
       solves_without_allocation<PrestabilisedActuator>(*make_solver<PrestabilisedActuator>(name), valves);
     }
+  }
+}
+
+TEST(HotPath, SamplersSolveWithoutAllocation) {
+  for (const char* name : {"cross_entropy", "mppi"}) {
+    const auto solver = make_solver<PrestabilisedActuator>(name);
+    solves_without_allocation<PrestabilisedActuator>(*solver, "two_way", Status::feasible);
   }
 }
 

@@ -105,6 +105,35 @@ TEST(Bonmin, FindsTheBestPlanOfSmallProblemsOrNearly) {
   EXPECT_GE(best, trials * 2 / 3);
 }
 
+TEST(Bonmin, ItsOtherAlgorithmsFindPlansThatAreWhatTheySay) {
+  if (!minlp::available()) GTEST_SKIP() << "built without Bonmin";
+  using enum minlp::Algorithm;
+  for (const minlp::Algorithm algorithm : {outer_approximation, feasibility_pump}) {
+    std::mt19937_64 random(4);
+    int better = 0;
+    for (int trial = 0; trial < 6; ++trial) {
+      auto problem = fishing_problem(0.1, {20, 20, 20, 20, 20});
+      problem.initial = {uniform(random, 0.4, 1.6), uniform(random, 0.4, 1.6)};
+      Exhaustive<Fishing> all;
+      all.prepare(problem);
+      Plan<Fishing> optimal(problem), plan(problem);
+      const double optimum = all.solve(problem, optimal, Deadline::never()).cost;
+      BonminSolver<Fishing> bonmin(algorithm);
+      bonmin.prepare(problem);
+      const double before = evaluate(problem, plan).cost;
+      const SolveReport report = bonmin.solve(problem, plan, Deadline::after(std::chrono::seconds(20)));
+      EXPECT_EQ(report.cost, evaluate(problem, plan).cost);
+      EXPECT_GE(report.cost, optimum);
+      EXPECT_LE(report.cost, before);
+      better += usable(report.status) && report.cost < before;
+      if (algorithm == outer_approximation) {
+        EXPECT_TRUE(usable(report.status)) << to_string(report.status);
+      }
+    }
+    EXPECT_GE(better, 2) << "plans of its own; the pump's solver of linear problems now and then fails an assertion";
+  }
+}
+
 TEST(Bonmin, KeepsTheDeadlineAndTheWarmStart) {
   if (!minlp::available()) GTEST_SKIP() << "built without Bonmin";
   auto problem = fishing_problem(0.05, std::vector<int>(12, 20));
