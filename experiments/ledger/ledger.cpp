@@ -28,7 +28,7 @@ class Keeper {
         warm_(problem_->new_plan()) {
     search_->prepare(*problem_);
     enumerate_->prepare(*problem_);
-    for (Rounder& r : rounders_) r.solver->prepare(*problem_);
+    for (const Contender& c : contenders_) c.solver->prepare(*problem_);
     for (const RecordedMotion& motion : set.motions)
       problems_.push_back(system_of(variant.config).problem(told(variant.config, motion)));
     prepare_bonmin(options.bonmin_states > 0);
@@ -61,11 +61,11 @@ class Keeper {
     SolveReport report = search_->solve(problem, *best, Deadline::never());
     entry(M::branch_and_bound) = {report.status, true, tools_.evaluate(problem, *best).cost, report.time_us};
     state.bound = report.bound;
-    solve_plan(problem, *enumerate_, entry(M::exhaustive));
+    solve_plan(problem, {M::exhaustive, enumerate_}, entry(M::exhaustive));
     hold(problem, entry(M::held));
-    for (Rounder& r : rounders_) solve_plan(problem, *r.solver, entry(r.method));
-    if (with_bonmin && with_bonmin_)
-      solve_plan(problem, *bonmin_, entry(M::bonmin), Deadline::after_s(options_.bonmin_limit_s));
+    for (const Contender& c : contenders_) solve_plan(problem, c, entry(c.method));
+    for (const Contender& c : bonmins_)
+      if (with_bonmin && with_bonmin_) solve_plan(problem, c, entry(c.method));
     report = relaxed_->solve(problem, *best);
     entry(M::relaxed) = {report.status, true, report.cost, report.time_us};
     return state;
@@ -75,18 +75,24 @@ class Keeper {
   void prepare_bonmin(bool wanted) {
     if (!wanted || !minlp::available()) return;
     try {
-      bonmin_->prepare(*problem_);
+      for (const Contender& c : bonmins_) c.solver->prepare(*problem_);
       with_bonmin_ = true;
     } catch (const std::invalid_argument&) {
       with_bonmin_ = false;
     }
   }
 
+  /// A method, what solves by it, and how much time it has on each state.
+  struct Contender {
+    LedgerMethod method;
+    std::shared_ptr<AnySolver> solver;
+    double budget_s = std::numeric_limits<double>::infinity();
+  };
+
   /// Judged by evaluate(), whatever the solver says of itself.
-  void solve_plan(const AnyProblem& problem, AnySolver& solver, LedgerEntry& entry,
-                  Deadline deadline = Deadline::never()) {
+  void solve_plan(const AnyProblem& problem, const Contender& c, LedgerEntry& entry) {
     Held<AnyPlan> plan(*warm_);
-    const SolveReport report = solver.solve(problem, *plan, deadline);
+    const SolveReport report = c.solver->solve(problem, *plan, Deadline::after_s(c.budget_s));
     entry = {report.status, true, tools_.evaluate(problem, *plan).cost, report.time_us};
   }
 
@@ -121,17 +127,25 @@ class Keeper {
     }
   }
 
-  struct Rounder {
-    LedgerMethod method;
-    AnySolverPtr solver;
-  };
-  Rounder rounder(LedgerMethod method, RoundingMethod rounding, bool improve) const {
+  Contender rounder(LedgerMethod method, RoundingMethod rounding, bool improve) const {
     return {method, tools_.rounding({.most_iterations = 60, .tolerance = 1e-5},
                                     {.method = rounding, .improve = improve, .keep_start = improve})};
   }
+  /// Draws 128 sequences an update, as many as there is time for.
+  Contender sampler(LedgerMethod method, const char* name, double budget_s) const {
+    VariantConfig endless = variant_.config;
+    endless.sampling.samples = 1 << 20;
+    endless.sampling.iterations = endless.sampling.samples / 128;
+    return {method, solver_of(name, endless), budget_s};
+  }
+  Contender bonmin(LedgerMethod method, const char* algorithm) const {
+    VariantConfig v = variant_.config;
+    v.minlp.algorithm = algorithm;
+    return {method, solver_of("bonmin", v), options_.bonmin_limit_s};
+  }
   /// The system's solver of this name.
-  AnySolverPtr solver_of(const char* name) const {
-    return make_solver(*find_row(system_of(variant_.config).solvers(), name), problem_->model_type(), variant_.config);
+  AnySolverPtr solver_of(const char* name, const VariantConfig& variant) const {
+    return make_solver(*find_row(system_of(variant).solvers(), name), problem_->model_type(), variant);
   }
 
   const InstanceSet& set_;
@@ -141,13 +155,22 @@ class Keeper {
   std::unique_ptr<AnyProblem> problem_;                // without a motion, for shapes
   std::vector<std::unique_ptr<AnyProblem>> problems_;  // of each motion
   std::unique_ptr<AnyPlan> warm_;
-  AnySolverPtr search_ = solver_of("branch_and_bound"), enumerate_ = solver_of("exhaustive");
+  AnySolverPtr search_ = solver_of("branch_and_bound", variant_.config);
+  std::shared_ptr<AnySolver> enumerate_ = solver_of("exhaustive", variant_.config);
   std::unique_ptr<RelaxedBound> relaxed_ = tools_.relaxed_bound(*problem_);
-  std::array<Rounder, 4> rounders_{rounder(M::sum_up, RoundingMethod::sum_up, false),
-                                   rounder(M::sum_up_improved, RoundingMethod::sum_up, true),
-                                   rounder(M::cia, RoundingMethod::integral_approximation, false),
-                                   rounder(M::cia_improved, RoundingMethod::integral_approximation, true)};
-  AnySolverPtr bonmin_ = solver_of("bonmin");
+  std::vector<Contender> contenders_{rounder(M::sum_up, RoundingMethod::sum_up, false),
+                                     rounder(M::sum_up_improved, RoundingMethod::sum_up, true),
+                                     rounder(M::cia, RoundingMethod::integral_approximation, false),
+                                     rounder(M::cia_improved, RoundingMethod::integral_approximation, true),
+                                     sampler(M::cross_entropy_100us, "cross_entropy", 1e-4),
+                                     sampler(M::cross_entropy_500us, "cross_entropy", 5e-4),
+                                     sampler(M::cross_entropy_2ms, "cross_entropy", 2e-3),
+                                     sampler(M::mppi_100us, "mppi", 1e-4),
+                                     sampler(M::mppi_500us, "mppi", 5e-4),
+                                     sampler(M::mppi_2ms, "mppi", 2e-3)};
+  std::vector<Contender> bonmins_{bonmin(M::bonmin, "branch_and_bound"),
+                                  bonmin(M::bonmin_outer_approximation, "outer_approximation"),
+                                  bonmin(M::bonmin_feasibility_pump, "feasibility_pump")};
   bool with_bonmin_ = false;
 };
 
@@ -168,9 +191,23 @@ void check_size(const std::string& name, const AnyProblem& problem) {
 }  // namespace
 
 const char* to_string(LedgerMethod method) {
-  static constexpr const char* names[ledger_methods] = {"relaxed",          "held",       "sum_up",
-                                                        "sum_up_improved",  "cia",        "cia_improved",
-                                                        "branch_and_bound", "exhaustive", "bonmin"};
+  static constexpr const char* names[ledger_methods] = {"relaxed",
+                                                        "held",
+                                                        "sum_up",
+                                                        "sum_up_improved",
+                                                        "cia",
+                                                        "cia_improved",
+                                                        "cross_entropy_100us",
+                                                        "cross_entropy_500us",
+                                                        "cross_entropy_2ms",
+                                                        "mppi_100us",
+                                                        "mppi_500us",
+                                                        "mppi_2ms",
+                                                        "branch_and_bound",
+                                                        "exhaustive",
+                                                        "bonmin",
+                                                        "bonmin_outer_approximation",
+                                                        "bonmin_feasibility_pump"};
   return names[static_cast<std::size_t>(method)];
 }
 

@@ -19,11 +19,19 @@ enum class LedgerMethod : std::uint8_t {
   sum_up_improved,  ///< and improved
   cia,              ///< the same with the integral approximation
   cia_improved,
+  cross_entropy_100us,  ///< sampled sequences, until so much time is over
+  cross_entropy_500us,
+  cross_entropy_2ms,
+  mppi_100us,
+  mppi_500us,
+  mppi_2ms,
   branch_and_bound,
   exhaustive,
   bonmin,  ///< on some of the states, where it is built in
+  bonmin_outer_approximation,
+  bonmin_feasibility_pump,
 };
-inline constexpr std::size_t ledger_methods = 9;
+inline constexpr std::size_t ledger_methods = 17;
 const char* to_string(LedgerMethod method);
 
 struct LedgerEntry {

@@ -33,7 +33,8 @@ TEST(Ledger, ChainHoldsOnRecordedStates) {
     EXPECT_EQ(state.of(LedgerMethod::branch_and_bound).cost, state.bound);
     EXPECT_EQ(state.of(LedgerMethod::exhaustive).cost, state.bound);
     for (const LedgerMethod plan : {LedgerMethod::held, LedgerMethod::sum_up, LedgerMethod::cia,
-                                    LedgerMethod::sum_up_improved, LedgerMethod::cia_improved})
+                                    LedgerMethod::sum_up_improved, LedgerMethod::cia_improved,
+                                    LedgerMethod::cross_entropy_100us, LedgerMethod::mppi_2ms})
       EXPECT_GE(state.of(plan).cost, state.bound) << to_string(plan);
     EXPECT_LE(state.of(LedgerMethod::sum_up_improved).cost, state.of(LedgerMethod::sum_up).cost);
     below += state.of(LedgerMethod::relaxed).cost < state.bound;
@@ -60,10 +61,10 @@ TEST(Ledger, CommandPrintsJsonAndCsvAndRefusesUnknownVariants) {
   EXPECT_EQ(json.exit_code, 0);
   const auto parsed = nlohmann::json::parse(json.out);
   EXPECT_EQ(parsed["variants"][0]["states"], 3);
-  EXPECT_EQ(parsed["variants"][0]["methods"].size(), 8u);
+  EXPECT_EQ(parsed["variants"][0]["methods"].size(), 14u);
   const test::ProgramRun csv =
       test::run_program({"ledger", "--variant", "nine_state", "--states", "2", "--bonmin", "0", "--format", "csv"});
-  EXPECT_EQ(std::count(csv.out.begin(), csv.out.end(), '\n'), 1 + 2 * 8);
+  EXPECT_EQ(std::count(csv.out.begin(), csv.out.end(), '\n'), 1 + 2 * 14);
   EXPECT_EQ(test::run_program({"ledger", "--variant", "nothing"}).exit_code, 2);
 }
 
