@@ -44,7 +44,7 @@ class ModeSampling final : public Solver<M> {
     lanes_.prepare(problem);
     distribution_.prepare(blocks_, modes_);
     next_.resize(blocks_ * modes_);
-    iterations_ = std::clamp(settings_.iterations, 1, std::max(1, settings_.samples));
+    iterations_ = updates();
     const auto most = static_cast<std::size_t>(std::max(1, (settings_.samples + iterations_ - 1) / iterations_));
     sampled_.resize(most * blocks_);
     cost_.resize(most);
@@ -74,13 +74,35 @@ class ModeSampling final : public Solver<M> {
     return report_;
   }
 
+  /// What is known, and every sample: always the same, unless the deadline comes between two groups of lanes.
+  std::optional<MostWork> most_work(const AnyProblem& shape) const override {
+    const auto blocks = static_cast<std::int64_t>(shape.horizon.blocks.size());
+    const auto group = [&](int count) {
+      return SolveWork{.nodes = count * blocks, .model_steps = lanes_.steps(count, shape.horizon)};
+    };
+    MostWork most{.solve = group(known_sequences), .late = group(max_lanes)};
+    const int iterations = updates();
+    for (int i = 0, drawn = 0; i < iterations; ++i) {
+      const int count = (settings_.samples - drawn) / (iterations - i);
+      const SolveWork whole = group(max_lanes), rest = group(count % max_lanes);
+      most.solve.nodes += count / max_lanes * whole.nodes + rest.nodes;
+      most.solve.model_steps += count / max_lanes * whole.model_steps + rest.model_steps;
+      drawn += count;
+    }
+    return most;
+  }
+  bool do_most_work(bool /*on*/) noexcept override { return true; }
+
   bool time_phases(PhaseTimes* into) noexcept override {
     phases_ = into;
     return true;
   }
 
  private:
-  static constexpr int tries = 4;  // draws for a block before its mode is held
+  static constexpr int tries = 4;            // draws for a block before its mode is held
+  static constexpr int known_sequences = 2;  // the warm start and holding
+
+  int updates() const noexcept { return std::clamp(settings_.iterations, 1, std::max(1, settings_.samples)); }
 
   /// Each mode's patterns with one switch flipped, where that is a mode.
   void prepare_neighbours(const ModeSet& modes) {
@@ -104,8 +126,9 @@ class ModeSampling final : public Solver<M> {
     const auto known = [&](int lane, std::size_t b) {
       return lane == 0 || hold_ < 0 ? std::clamp(plan.modes[b], 0, most) : hold_;
     };
-    roll(problem, 2, [&](int lane, std::size_t b, const DelayLines&) { return known(lane, b); });
-    for (int lane = 0; lane < 2; ++lane) keep_if_better(problem, lane, [&](std::size_t b) { return known(lane, b); });
+    roll(problem, known_sequences, [&](int lane, std::size_t b, const DelayLines&) { return known(lane, b); });
+    for (int lane = 0; lane < known_sequences; ++lane)
+      keep_if_better(problem, lane, [&](std::size_t b) { return known(lane, b); });
   }
 
   /// The distribution to begin with. Weights that are none are as good as uniform.

@@ -58,7 +58,11 @@ class SequenceLanes {
       kernel_.roll(problem, {planned_.data(), first, length, Bounds<M>::infinity}, inputs_, lanes_);
       first += length;
     }
-    return std::int64_t{kernel_.whole_registers(count)} * first;
+    return steps(count, problem.horizon);
+  }
+  /// The model steps that rolling `count` sequences asks for.
+  std::int64_t steps(int count, const Horizon& horizon) const noexcept {
+    return std::int64_t{kernel_.whole_registers(count)} * horizon.steps();
   }
 
   /// What the lane's sequence costs; no number where the prediction is none.

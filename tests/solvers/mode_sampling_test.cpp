@@ -204,6 +204,21 @@ TEST(ModeSampling, TheDistributionMovesToTheBestAndRidesInThePlan) {
   }
 }
 
+TEST(ModeSampling, DoesTheWorkThatItSaysItDoesAtMostAndOfALateSolveLess) {
+  std::mt19937_64 random(17);
+  for (int trial = 0; trial < 30; ++trial) {
+    const SampledProblem problem = drawn_problem(trial, random);
+    const SampledPlan warm = drawn_plan(problem, random);
+    ModeSampling<DoubleIntegrator> solver({.samples = 1 + trial * 17, .iterations = 1 + trial % 5});
+    const MostWork most = solver.most_work(problem).value();
+    solver.prepare(problem);
+    SampledPlan plan = warm, late = warm;
+    EXPECT_EQ(solver.solve(problem, plan, Deadline::never()).work(), most.solve) << trial;
+    const Deadline over(Deadline::Clock::now() - std::chrono::seconds(1));
+    EXPECT_TRUE(solver.solve(problem, late, over).work().within(most.late));
+  }
+}
+
 TEST(ModeSampling, KeepsWhatItHasAtADeadlineAndCallsAStateThatIsNoNumberAFailure) {
   std::mt19937_64 random(13);
   SampledProblem problem = drawn_problem(1, random);
