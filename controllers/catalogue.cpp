@@ -27,19 +27,29 @@ void check_sampling(TableReader& table, const VariantConfig& v) {
                                         v.sampling.samples));
 }
 
+Modulation modulation_of(const VariantConfig& v) {
+  if (v.modulation.kind == "delta_sigma") return Modulation::delta_sigma;
+  if (v.modulation.kind == "delta_sigma_2") return Modulation::delta_sigma_2;
+  if (v.modulation.kind == "dynamic_quantiser") return Modulation::dynamic_quantiser;
+  return Modulation::pulse_width;
+}
+
 void check_pulses(TableReader& table, const VariantConfig& v) {
   double longest_s = 0.0;
   const ModeSet modes = system_of(v).modes(v);
-  // Pulses are cut switch by switch: those of one group would have to lie within each other.
-  if (!modes.one_at_a_time().empty())
-    table.fail("solver", fmt::format("'{}' cuts the pulses of each switch by itself, and in mode set '{}' there are "
-                                     "switches of which one may change at a time (allowed: another mode set or solver)",
-                                     v.solver, v.modes));
+  // Pulses are cut switch by switch: those of one group would have to lie within each other. The quantiser takes modes.
+  if (!modes.one_at_a_time().empty() && modulation_of(v) != Modulation::dynamic_quantiser)
+    table.fail("solver",
+               fmt::format("'{}' cuts the pulses of each switch by itself, and in mode set '{}' there are "
+                           "switches of which one may change at a time (allowed: another mode set or solver, or "
+                           "modulation.kind = \"dynamic_quantiser\")",
+                           v.solver, v.modes));
+  if (modulation_of(v) != Modulation::pulse_width) return;
   for (const Switch& s : modes.switches()) longest_s = std::max({longest_s, s.rise_delay_s, s.fall_delay_s});
   if (longest_s > (PulseWidth::longest_interval + 0.5) * v.timing.tick_s)
     table.fail("solver",
                fmt::format("'{}' cuts pulses in intervals as long as the longest switching delay, here {:g} ms "
-                           "(allowed: delays of at most {} ticks, or another solver)",
+                           "(allowed: delays of at most {} ticks, or another solver or modulation.kind)",
                            v.solver, 1e3 * longest_s, PulseWidth::longest_interval));
 }
 

@@ -18,11 +18,17 @@ inline ProjectedGradientSettings relaxation_of(const VariantConfig& v) {
   return {.most_iterations = v.rounding.iterations, .tolerance = 1e-4};
 }
 
+/// How a variant has its relaxed plan made steps of; by a name that the key allows.
+Modulation modulation_of(const VariantConfig& v);
+
 /// A relaxed solver's plans as pulses over each control period.
 template <HybridModel M>
 SolverPtr<M> make_pulses(const VariantConfig& v, RelaxedPtr<M> relaxed) {
   return std::make_unique<RelaxAndPulse<M>>(std::move(relaxed),
-                                            RelaxAndPulseSettings{.interval = v.timing.ticks_per_period});
+                                            RelaxAndPulseSettings{.interval = v.timing.ticks_per_period,
+                                                                  .modulation = modulation_of(v),
+                                                                  .informed = v.modulation.informed,
+                                                                  .edge_price = v.modulation.edge_price});
 }
 
 /// How a variant has sequences of modes sampled.
@@ -88,11 +94,11 @@ std::vector<SolverRow> common_solvers() {
                   .make = sampling(SamplingUpdate::weights),
                   .check = check_sampling});
   rows.push_back({.name = "relaxed_pulses",
-                  .summary = "relaxed by projected gradients, applied as pulses over each control period",
+                  .summary = "relaxed by projected gradients, applied as single steps by a modulator",
                   .chooses_continuous = true,
                   .plans_whole_input = true,
                   .pulses = true,
-                  .groups = {"planning", "relaxing"},
+                  .groups = {"planning", "relaxing", "modulation"},
                   .make = SolverMakers::of<Models...>([]<HybridModel M>(const VariantConfig& v) {
                     return make_pulses<M>(v, make_projected_gradient<M>(relaxation_of(v)));
                   }),

@@ -80,7 +80,8 @@ struct MinlpSettings {
 /// How a relaxed plan becomes pulses of single steps.
 struct ModulationSettings {
   std::string kind = "pulse_width";
-  bool informed = false;  ///< the modulator's own state is in the prediction that the inputs are planned by
+  bool informed = false;     ///< the modulator's own state is in the prediction that the inputs are planned by
+  double edge_price = 0.05;  ///< of each change, in squared steps that are owed
   bool operator==(const ModulationSettings&) const = default;
 };
 

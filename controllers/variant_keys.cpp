@@ -115,6 +115,16 @@ void add_minlp(const KeyGroup& all) {
            "how Bonmin goes about it: B-BB, B-OA, B-iFP");
 }
 
+void add_modulation(const KeyGroup& all) {
+  all.text("modulation.kind", VariantKey::At<std::string>(AT(modulation.kind)),
+           {"pulse_width", "delta_sigma", "delta_sigma_2", "dynamic_quantiser"},
+           "what makes single steps of a relaxed plan: docs/theory/theory-relaxed.md, section 6");
+  all.flag("modulation.informed", VariantKey::At<bool>(AT(modulation.informed)),
+           "whether the relaxed plan begins with what the modulator is about to make up for");
+  all.add("modulation.edge_price", VariantKey::At<double>(AT(modulation.edge_price)), Range::between(0.0, 1000.0), "",
+          "what a change has to gain, in squared steps that are owed");
+}
+
 void add_planning(const KeyGroup& all, const KeyGroup& rounding, const KeyGroup& relaxing,
                   const SystemDescription& system) {
   all.add("latency_ticks", VariantKey::At<int>(AT(latency_ticks)), Range::between(0, 1000), "ticks",
@@ -248,6 +258,7 @@ std::vector<VariantKey> common_keys(const SystemDescription& system, const std::
   add_planning({keys, "planning"}, {keys, "rounding"}, {keys, "relaxing"}, system);
   add_sampling(keys);
   add_minlp({keys, "minlp"});
+  add_modulation({keys, "modulation"});
   add_limits({keys, "limits"}, system);
   return keys;
 }

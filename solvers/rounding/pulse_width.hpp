@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/mpc/relaxation.hpp"
+#include "solvers/rounding/modulator.hpp"
 
 #include <array>
 #include <span>
@@ -15,35 +15,34 @@ namespace solenoid {
 /// the wanted one best: least sum of squares of the cumulative error, what was owed before included, then fewest edges.
 /// Delays are thus made up for as far as pulses of whole steps can: with 4 steps to rise, 1 to fall and an interval of
 /// 5 a single pulse an interval realises 0, 1 or 5 steps, and the remainder is owed to the next.
-class PulseWidth {
+class PulseWidth final : public Modulator {
  public:
   /// 2^n commands are tried for each switch and interval.
   static constexpr int longest_interval = 12;
 
-  /// May allocate; throws std::invalid_argument for intervals beyond longest_interval.
-  void prepare(const ModeSet& modes, const SwitchTiming& timing, const RelaxedGrid& grid);
+  /// edge_price   of each edge, in squared steps: breaks ties, and beyond that trades error for edges
+  explicit PulseWidth(double edge_price = 0.05) : edge_price_(edge_price) {}
 
-  /// shapes   weights: intervals x modes    owed_at_begin: one number a switch
-  ///          modes, owed: one a step of the horizon; owed[j] as step j begins, after the commands before it
-  /// Two switches that exclude each other are never on together: the one that is owed less stays off.
+  /// May allocate; throws std::invalid_argument for intervals beyond longest_interval.
+  void prepare(const ModeSet& modes, const SwitchTiming& timing, const RelaxedGrid& grid) override;
+
+  /// Modulator::round() with one state: the sum is left at 0.
+  void round(const ModeSet& modes, const DelayLines& lines, std::span<const double> weights,
+             const ModulatorState& at_begin, std::span<int> mode, std::span<SwitchStates<double>> owed,
+             std::span<SwitchStates<double>> owed_sum) noexcept override;
+  /// The same without the sum.
   void round(const ModeSet& modes, const DelayLines& lines, std::span<const double> weights,
              const SwitchStates<double>& owed_at_begin, std::span<int> mode,
              std::span<SwitchStates<double>> owed) noexcept;
 
  private:
-  using Wanted = std::array<SwitchStates<double>, 2 * longest_interval>;
+  void choose(std::size_t c, std::size_t k, std::size_t first, DelayLines::Line line, bool on, double owed) noexcept;
+  SwitchPattern scheduled(int i) const noexcept;
 
-  void want(const ModeSet& modes, const DelayLines& lines, std::span<const double> weights, std::size_t k) noexcept;
-  void choose(std::size_t c, std::size_t k, DelayLines::Line line, bool on, double owed) noexcept;
-  SwitchPattern allowed(const ModeSet& modes, const DelayLines& lines, int i,
-                        const SwitchStates<double>& owed) const noexcept;
-  SwitchPattern one_change_a_group(const ModeSet& modes, SwitchPattern pattern, SwitchPattern before,
-                                   const SwitchStates<double>& owed) const noexcept;
-
+  double edge_price_;
   SwitchTiming timing_;
   std::vector<int> intervals_;
-  SwitchStates<double> before_{};                       // commanded in the interval before the one at hand
-  Wanted wanted_{};                                     // effective states of the interval at hand and the next
+  WantedStates wanted_;
   std::array<std::uint32_t, max_switches> schedule_{};  // bit i: on in step i of the interval
 };
 

@@ -15,7 +15,8 @@ namespace {
 
 TEST(HotPath, BaselinesRunWithoutAllocation) {
   ASSERT_TRUE(AllocationGuard::available());
-  for (const char* name : {"van_varseveld_bone", "sliding_three_mode", "takemura_hybrid", "qi_bone_zhang"}) {
+  for (const char* name : {"van_varseveld_bone", "sliding_three_mode", "sliding_seven_mode", "takemura_hybrid",
+                           "qi_bone_zhang", "end_position", "servo_pid"}) {
     const VariantConfig v = shipped_variant(name);
     const Trajectory task = thesis_sine(actuator(v).nominal.equilibrium_position_m());
     ModelPlant plant(actuator(v).nominal, v.modes, task.start(), {.ideal = false, .noise = true});

@@ -89,5 +89,19 @@ TEST(RoundingNoAlloc, RelaxedAndRoundedVariantsSolveWithoutAllocation) {
       }
 }
 
+TEST(RoundingNoAlloc, ModulatedVariantsSolveWithoutAllocation) {
+  ASSERT_TRUE(AllocationGuard::available());
+  for (const char* kind : {"pulse_width", "delta_sigma", "delta_sigma_2", "dynamic_quantiser"})
+    for (const bool informed : {false, true}) {
+      VariantConfig variant = new_variant();
+      variant.modes = "two_way";
+      variant.solver = "sqp";
+      variant.modulation = {.kind = kind, .informed = informed};
+      variant.horizon.steps = 40;
+      actuator(variant).motor = "in_prediction";
+      expect_fenced_solver<PrestabilisedActuator>(variant);
+    }
+}
+
 }  // namespace
 }  // namespace solenoid

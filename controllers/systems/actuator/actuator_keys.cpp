@@ -65,9 +65,46 @@ void add_sliding(const KeyGroup& surface, const KeyGroup& phases) {
               "the chambers when the motor is alone; `exhaust` with two_way valves");
 }
 
-void add_servo(const KeyGroup& all) {
-  all.add("servo.effort", OWN(servo.effort), Range::non_negative(), "",
-          "weight of the squared opening of each servo valve, at each step");
+void add_seven_mode(const KeyGroup& law) {
+  law.add("seven_mode.full_above_m", OWN(seven_mode.full_above_m), Range::positive(), "m",
+          "of the surface, beyond which both chambers act, at least sliding.dead_band_m; below it one does");
+  law.add("seven_mode.mean_pressure_pa", OWN(seven_mode.mean_pressure_pa), Range::positive(), "Pa",
+          "absolute: below it that one fills, above it it exhausts");
+}
+
+void add_end_position(const KeyGroup& law) {
+  const Range any = Range::non_negative();
+  law.add("end_position.lead_s", OWN(end_position.lead_s), Range::between(0.0, 60.0), "s",
+          "how far ahead of the desired position the target is");
+  law.add("end_position.start_m", OWN(end_position.start_m), Range::positive(), "m", "errors that start the slide");
+  law.add("end_position.stop_m", OWN(end_position.stop_m), any, "m",
+          "before the target at which every valve closes, at most start_m");
+  law.add("end_position.anticipation_s", OWN(end_position.anticipation_s), any, "s",
+          "of the way at the present speed, added to that");
+  law.add("end_position.cushion_m", OWN(end_position.cushion_m), any, "m",
+          "before the target in which the chamber ahead is closed");
+  law.add("end_position.exhaust_share", OWN(end_position.exhaust_share), Range::between(0.0, 1.0), "",
+          "of each period in which the chamber ahead exhausts: its flow control");
+  law.add("end_position.period_ticks", OWN(end_position.period_ticks), Range::between(1, longest_pulse_period_ticks),
+          "ticks", "of these pulses");
+}
+
+void add_servo_pid(const KeyGroup& law) {
+  const Range gain = Range::non_negative();
+  law.add("servo_pid.proportional", OWN(servo_pid.proportional), gain, "1/m",
+          "gain on the position error; openings are of full scale, -1 to 1");
+  law.add("servo_pid.integral", OWN(servo_pid.integral), gain, "1/(m s)", "gain");
+  law.add("servo_pid.integral_limit", OWN(servo_pid.integral_limit), Range::between(0.0, 1.0), "",
+          "bound of the integral's share");
+  law.add("servo_pid.derivative", OWN(servo_pid.derivative), gain, "s/m", "gain on the velocity error");
+  law.add("servo_pid.acceleration", OWN(servo_pid.acceleration), gain, "s2/m",
+          "gain on the acceleration error, what the pressures bring about");
+  law.add("servo_pid.feedforward", OWN(servo_pid.feedforward), gain, "s/m", "gain on the desired velocity");
+}
+
+void add_servo(const KeyGroup& planned, const KeyGroup& all) {
+  planned.add("servo.effort", OWN(servo.effort), Range::non_negative(), "",
+              "weight of the squared opening of each servo valve, at each step");
   all.add(
       "servo.compensation", OWN(servo.compensation), Range::between(0.0, 0.5), "",
       "overlap of a servo valve that its command makes up for; what the valve is believed to have is `model.servo`");
@@ -124,7 +161,10 @@ std::vector<VariantKey> actuator_keys() {
   add_cost_of_end({keys, "extended_cost"});
   add_pulse_width({keys, "pulse_width"});
   add_sliding({keys, "sliding"}, {keys, "phases"});
-  add_servo({keys, "servo"});
+  add_seven_mode({keys, "seven_mode"});
+  add_end_position({keys, "end_position"});
+  add_servo_pid({keys, "servo_pid"});
+  add_servo({keys, "servo_effort"}, {keys, "servo"});
   add_estimation({keys, "estimation"});
   return keys;
 }

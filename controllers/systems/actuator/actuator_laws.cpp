@@ -1,7 +1,10 @@
 #include "controllers/factory.hpp"
 #include "controllers/systems/actuator/actuator_variant.hpp"
+#include "controllers/systems/actuator/laws/end_position.hpp"
 #include "controllers/systems/actuator/laws/law_controller.hpp"
 #include "controllers/systems/actuator/laws/pulse_width_pid.hpp"
+#include "controllers/systems/actuator/laws/servo_pid.hpp"
+#include "controllers/systems/actuator/laws/seven_mode_sliding.hpp"
 #include "controllers/systems/actuator/laws/switching_hybrid.hpp"
 #include "core/config/reader.hpp"
 #include "core/systems/actuator/valves.hpp"
@@ -23,6 +26,21 @@ void check_motor(TableReader& table, const VariantConfig& v) {
   if (actuator(v).motor == "in_prediction" || actuator(v).motor == "joint")
     table.fail("motor", fmt::format("'{}' needs a solver, and '{}' is a law (allowed: none, pd, inverse_dynamics)",
                                     actuator(v).motor, v.solver));
+}
+
+void check_seven_mode(TableReader& table, const VariantConfig& v) {
+  check_motor(table, v);
+  const double full_m = actuator(v).seven_mode.full_above_m, dead_m = actuator(v).sliding.dead_band_m;
+  const std::string why =
+      fmt::format("full_above_m of {:g} m is below sliding.dead_band_m (allowed: {:g} and more)", full_m, dead_m);
+  if (full_m < dead_m) table.fail("seven_mode", why);
+}
+
+void check_end_position(TableReader& table, const VariantConfig& v) {
+  check_motor(table, v);
+  const double start_m = actuator(v).end_position.start_m, stop_m = actuator(v).end_position.stop_m;
+  const std::string why = fmt::format("start_m of {:g} m is below stop_m (allowed: {:g} and more)", start_m, stop_m);
+  if (start_m < stop_m) table.fail("end_position", why);
 }
 
 void check_switching_hybrid(TableReader& table, const VariantConfig& v) {
@@ -61,6 +79,39 @@ std::vector<LawRow> actuator_laws() {
                       [](const VariantConfig& v, const Motion& reference) {
                         return make_law(v, reference, [&](const ModeSet& modes) {
                           return ThreeModeSliding(actuator(v).sliding, modes);
+                        });
+                      },
+                  .check = check_motor});
+  rows.push_back({.name = "seven_mode_sliding",
+                  .summary = "the same with modes in which one chamber acts: Hodgson et al. 2012, 2015",
+                  .groups = {"sliding", "seven_mode"},
+                  .modes = {"two_way", "seven_mode"},
+                  .make =
+                      [](const VariantConfig& v, const Motion& reference) {
+                        return make_law(v, reference, [&](const ModeSet& modes) {
+                          return SevenModeSliding(actuator(v).sliding, actuator(v).seven_mode, modes);
+                        });
+                      },
+                  .check = check_seven_mode});
+  rows.push_back({.name = "end_position",
+                  .summary = "valves open until near the target, with flow control and cushion: what plants do",
+                  .groups = {"end_position"},
+                  .modes = {"two_way", "seven_mode"},
+                  .make =
+                      [](const VariantConfig& v, const Motion& reference) {
+                        return make_law(v, reference, [&](const ModeSet& modes) {
+                          return EndPosition(actuator(v).end_position, modes);
+                        });
+                      },
+                  .check = check_end_position});
+  rows.push_back({.name = "servo_pid",
+                  .summary = "PID, feedforward and acceleration feedback on a servo valve a chamber: what is sold",
+                  .groups = {"servo_pid", "servo"},
+                  .modes = {servo_valves},
+                  .make =
+                      [](const VariantConfig& v, const Motion& reference) {
+                        return make_law(v, reference, [&](const ModeSet&) {
+                          return ServoPid(actuator(v).servo_pid, actuator(v).servo, v.timing.tick_s);
                         });
                       },
                   .check = check_motor});

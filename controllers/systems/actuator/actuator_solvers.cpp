@@ -43,12 +43,12 @@ std::vector<SolverRow> actuator_solvers() {
        .check = check_extended_cost});
   rows.push_back(
       {.name = "sqp",
-       .summary = "relaxed by real-time SQP, applied as pulses over each 5 ms period: docs/theory/theory-relaxed.md; "
+       .summary = "relaxed by real-time SQP, applied as single steps by a modulator: docs/theory/theory-relaxed.md; "
                   "openings of `servo` as they are",
        .chooses_continuous = true,
        .plans_whole_input = true,
        .pulses = true,
-       .groups = {"planning", "servo"},
+       .groups = {"planning", "modulation", "servo", "servo_effort"},
        .modes = {"three_way", "two_way", "three_mode", servo_valves},
        .make =
            made_for_all([]<ActuatorModel M>(const VariantConfig& v) { return make_pulses(v, make_relaxed_sqp<M>()); }),
@@ -61,7 +61,7 @@ std::vector<SolverRow> actuator_solvers() {
        .chooses_continuous = true,
        .plans_whole_input = true,
        .pulses = true,
-       .groups = {"planning"},
+       .groups = {"planning", "modulation"},
        .modes = {"three_way", "three_mode"},
        .make = made([]<ActuatorModel M>(const VariantConfig& v) { return make_pulses(v, make_relaxed_ipopt<M>()); }),
        .check = check_pulses});

@@ -81,12 +81,16 @@ void check_joint(const TableReader& table, const VariantConfig& v) {
                          v.solver, fmt::join(able, ", ")));
 }
 
-/// Openings that are continuous inputs are a solver's to plan which knows no switch.
+/// Openings that are continuous inputs are for a solver or law that knows no switch.
 void check_servo(const TableReader& table, const VariantConfig& v) {
   if (!on_servo_valves(v)) return;
   std::vector<std::string> able;
-  for (const SolverRow& row : system_of(v).solvers())
-    if (std::ranges::count(row.modes, v.modes) > 0) able.push_back(row.name);
+  const auto collect = [&](const auto& rows) {
+    for (const auto& row : rows)
+      if (std::ranges::count(row.modes, v.modes) > 0) able.push_back(row.name);
+  };
+  collect(system_of(v).solvers());
+  collect(system_of(v).laws());
   if (std::ranges::count(able, v.solver) == 0)
     table.fail("solver", fmt::format("'{}' chooses valve states, and '{}' has none to choose from: its openings are "
                                      "continuous (allowed solvers: {})",

@@ -26,7 +26,10 @@ struct ActuatorVariant {
   MotorGains motor_gains;
   PulseWidthSettings pulse_width;
   SlidingSettings sliding;
+  SevenModeSettings seven_mode;
   PhaseSettings phases;
+  EndPositionSettings end_position;
+  ServoPidSettings servo_pid;
   ServoSettings servo;
   bool valve_health = false;           ///< whether coils that fail are found and done without
   double terminal_acceleration = 0.0;  ///< weight of ExtendedCostSearch

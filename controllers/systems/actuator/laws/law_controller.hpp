@@ -10,9 +10,11 @@ namespace solenoid {
 /// A valve law beside a motor law. A Decider of ControllerShell: the same estimators, references and exits as
 /// predictive control.
 ///
-///     each T_s    motor force; the coils of the law
+///     each T_s    motor force; the coils of the law, or its whole command
 ///
-/// Law: SwitchPattern coils(const LawInput&) noexcept; void restart() noexcept.
+/// Law: SwitchPattern coils(const LawInput&) noexcept, of one for valves that switch,
+///      or Command command(const LawInput&) noexcept, of one that gives continuous inputs too;
+///      void restart() noexcept.
 template <class Law>
 class LawController {
  public:
@@ -24,8 +26,11 @@ class LawController {
   void decide(const Moment& now, Decision& d) noexcept {
     const ActuatorState x = actuator_state(d.estimate);
     const double motor_n = motor_.force(d.reference, x);
-    d.command = actuator_command(
-        law_.coils({now.tick, now.time_s, now.reference, d.reference.axis[0], x, motor_n, model_}), motor_n);
+    const LawInput in{now.tick, now.time_s, now.reference, d.reference.axis[0], x, motor_n, model_};
+    if constexpr (requires { law_.command(in); })
+      d.command = law_.command(in);
+    else
+      d.command = actuator_command(law_.coils(in), motor_n);
   }
   void look_ahead(const Moment&, const Decision&, SwitchPattern) noexcept {}
   void restart(std::int64_t) noexcept { law_.restart(); }

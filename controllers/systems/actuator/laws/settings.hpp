@@ -28,6 +28,36 @@ struct SlidingSettings {
   bool operator==(const SlidingSettings&) const = default;
 };
 
+/// Of SevenModeSliding, beside those of the surface.
+struct SevenModeSettings {
+  double full_above_m = 1e-4;       ///< beta: where both chambers act
+  double mean_pressure_pa = 1.2e5;  ///< p_m, absolute: filled up to, exhausted down to
+  bool operator==(const SevenModeSettings&) const = default;
+};
+
+/// Of EndPosition.
+struct EndPositionSettings {
+  double lead_s = 0.0;           ///< of the target before the desired position
+  double start_m = 5e-4;         ///< a larger error starts the slide
+  double stop_m = 1e-4;          ///< before the target at which valves close
+  double anticipation_s = 0.08;  ///< of the way at the present speed, added to that
+  double cushion_m = 1e-3;       ///< before the target in which nothing exhausts
+  double exhaust_share = 0.4;    ///< of the time, in which the exhaust is open
+  int period_ticks = 10;         ///< of the exhaust's pulses
+  bool operator==(const EndPositionSettings&) const = default;
+};
+
+/// Gains of ServoPid; openings are of full scale, -1 to 1.
+struct ServoPidSettings {
+  double proportional = 700.0;  ///< [1/m]
+  double integral = 3500.0;     ///< [1/(m s)]
+  double integral_limit = 0.1;  ///< bound of the integral's share
+  double derivative = 55.0;     ///< [s/m]
+  double acceleration = 1.4;    ///< [s2/m]
+  double feedforward = 2.0;     ///< of the desired velocity [s/m]
+  bool operator==(const ServoPidSettings&) const = default;
+};
+
 /// Of SwitchingHybrid.
 struct PhaseSettings {
   double coarse_above_m = 3e-4;  ///< a larger error takes the cylinder in
