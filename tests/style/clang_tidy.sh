@@ -45,7 +45,8 @@ if ! base=$(base_commit); then
   base=$(git hash-object -t tree /dev/null)
 fi
 
-# clang-tidy reads every file alone, not in groups.
+# clang-tidy reads every file alone, not in groups. In a fresh clone there is no folder yet.
+mkdir -p "$folder"
 cmake -S . -B "$folder" -G Ninja -DSOLENOID_UNITY=OFF -DCMAKE_BUILD_TYPE=Release >"$folder.log" 2>&1 || { cat "$folder.log" >&2; fail "configuring $folder"; }
 
 units=() left_out=() not_compiled=() only=
