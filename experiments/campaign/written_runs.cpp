@@ -49,7 +49,7 @@ void write_csv(const StoredRuns& runs, const SystemDescription& system, const Te
   csv.hand_on(1);
 }
 
-void write_json(const StoredRuns& runs, const TextSink& write) {
+void write_json(const StoredRuns& runs, const nlohmann::ordered_json& more, const TextSink& write) {
   Pieces json(write);
   json.text() = "{\n \"runs\": [";
   const char* before = "";
@@ -58,7 +58,11 @@ void write_json(const StoredRuns& runs, const TextSink& write) {
     append_indented(to_json(run.record), json.text());
     json.hand_on(at_once);
   });
-  json.text() += *before ? "\n ]\n}\n" : "]\n}\n";
+  json.text() += *before ? "\n ]" : "]";
+  if (more.empty())
+    json.text() += "\n}\n";
+  else
+    json.text() += ',' + more.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).substr(1) + '\n';
   json.hand_on(1);
 }
 

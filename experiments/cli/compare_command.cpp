@@ -30,7 +30,7 @@ namespace {
 constexpr std::size_t most_rows = 80;  // of runs in a table nobody asked for
 
 struct CompareArguments {
-  std::string campaign = "default", pareto;
+  std::string campaign = "default", pareto, baseline;
   OutputOptions output;
   CampaignOptions run;
   Selection selection;
@@ -38,6 +38,9 @@ struct CompareArguments {
   SlurmOptions slurm;
   bool details = false, live = false;
   int live_port = 0;
+
+  /// CSV is of the runs, unless a comparison is asked for.
+  bool runs_as_csv() const { return output.format == "csv" && baseline.empty(); }
 };
 
 void add_notes(const Campaign& campaign, const std::string& folder, Result& result) {
@@ -48,11 +51,11 @@ void add_notes(const Campaign& campaign, const std::string& folder, Result& resu
 /// Of more runs than are worth having in memory one by one.
 void report_many(const Campaign& campaign, const CampaignResult& result, const CompareArguments& options) {
   const SystemDescription& system = campaign.system->description();
-  if (options.output.format == "csv") return write_csv(*result.kept, system, write_standard_output);
-  Result found = result_of(table_of(*result.kept, system));
+  if (options.runs_as_csv()) return write_csv(*result.kept, system, write_standard_output);
+  Result found = result_of(table_of(*result.kept, system), options.baseline);
   add_notes(campaign, result.folder, found);
   if (options.output.format != "json") return options.output.write(found);
-  write_json(*result.kept, write_standard_output);
+  write_json(*result.kept, found.facts, write_standard_output);
   options.output.write_files(found);
 }
 
@@ -60,8 +63,8 @@ void report(const Campaign& campaign, const CampaignResult& result, const Compar
   const bool each = options.details && options.output.format == "table";
   if (result.kept && result.ended > most_listed_runs && !each) return report_many(campaign, result, options);
   const std::vector<RunRecord> records = result.records();
-  if (options.output.format == "csv") return write_standard_output(to_csv(records));
-  Result found = result_of(records, options.details || records.size() <= most_rows);
+  if (options.runs_as_csv()) return write_standard_output(to_csv(records));
+  Result found = result_of(records, options.details || records.size() <= most_rows, options.baseline);
   add_notes(campaign, result.folder, found);
   options.output.write(found);
 }
@@ -130,13 +133,24 @@ void refuse_beside_parts(const CompareArguments& options) {
   const bool parted = options.slurm.wanted || !options.run.shard.alone;
   if (options.slurm.wanted && !options.shard.empty())
     throw ConfigError("--shard: --slurm parts the campaign itself (allowed: one of them)");
-  if (parted && (options.live || !options.pareto.empty() || !options.output.html.empty()))
+  if (parted && (options.live || !options.pareto.empty() || !options.output.html.empty() || !options.baseline.empty()))
     throw ConfigError(
         fmt::format("{}: the campaign is not done here (allowed: without --shard and --slurm; `merge` makes a "
                     "report)",
-                    options.live              ? "--live"
-                    : !options.pareto.empty() ? "--pareto"
-                                              : "--html"));
+                    options.live                   ? "--live"
+                    : !options.pareto.empty()      ? "--pareto"
+                    : !options.output.html.empty() ? "--html"
+                                                   : "--against"));
+}
+
+/// Before a campaign that may take hours.
+void refuse_unknown_baseline(const Campaign& campaign, const std::string& baseline) {
+  if (baseline.empty()) return;
+  std::vector<std::string> names;
+  for (const VariantConfig& variant : campaign.variants) names.push_back(variant.name);
+  if (names.size() < 2) throw ConfigError("--against: one variant alone (allowed: with two or more)");
+  if (std::ranges::count(names, baseline) == 0)
+    throw ConfigError(fmt::format("--against: '{}' is not compared (allowed: {})", baseline, fmt::join(names, ", ")));
 }
 
 int compare(CompareArguments options, bool traces_chosen) {
@@ -148,6 +162,7 @@ int compare(CompareArguments options, bool traces_chosen) {
   options.selection.leaves_out = true;
   const Campaign campaign = read_campaign(options.campaign, options.selection);
   tell_left_out(campaign.without);
+  refuse_unknown_baseline(campaign, options.baseline);
   if (options.slurm.wanted) {
     const int submitted = compare_on_slurm(campaign, std::move(options), traces_chosen);
     return campaign.without.plugins.empty() ? submitted : failure;
@@ -158,6 +173,7 @@ int compare(CompareArguments options, bool traces_chosen) {
   const std::unique_ptr<LiveServer> server = serve(campaign, options);
   const CampaignResult result = run_campaign(campaign, options.run);
   tell_throughput(result);
+  if (result.interrupted) options.baseline.clear();  // it may have no run yet
   report(campaign, result, options);
   if (result.interrupted) {
     std::fprintf(stderr,
@@ -203,6 +219,7 @@ void add_compare(CLI::App& app, int& exit_code) {
         const bool figure = path.ends_with(".svg") || path.ends_with(".png");
         return figure ? std::string() : "'" + path + "' (allowed: a file ending in .svg or .png)";
       });
+  add_against_option(*command, options->baseline, "; with --format csv this comparison in place of the runs");
   add_live_options(*command, options->live, options->live_port);
   command->add_option(
       "--traces", options->traces,

@@ -16,6 +16,7 @@ namespace {
 
 struct MergeArguments {
   std::string folder;
+  std::string baseline;
   bool no_report = false;
   OutputOptions output;
 };
@@ -23,11 +24,13 @@ struct MergeArguments {
 int run_merge(const MergeArguments& options) {
   const Merged merged = merge(options.folder, !options.no_report);
   for (const std::string& problem : merged.problems) fmt::print(stderr, "solenoid: {}\n", problem);
-  Result result = result_of(*merged.results.table());
+  Result result = result_of(*merged.results.table(), options.baseline);
   const std::size_t all = merged.ok + merged.unstable + merged.failed + merged.missing;
-  result.facts = {{"folder", options.folder}, {"runs", all},
-                  {"ok", merged.ok},          {"unstable", merged.unstable},
-                  {"failed", merged.failed},  {"missing", merged.missing}};
+  Json facts = {{"folder", options.folder}, {"runs", all},
+                {"ok", merged.ok},          {"unstable", merged.unstable},
+                {"failed", merged.failed},  {"missing", merged.missing}};
+  facts.update(result.facts);
+  result.facts = std::move(facts);
   if (std::string note = real_time_note(merged.results.campaign.variants); !note.empty()) result.notes.push_back(note);
   result.notes.push_back(fmt::format("{} of {} runs: {} ok, {} unstable, {} failed, {} missing.", all - merged.missing,
                                      all, merged.ok, merged.unstable, merged.failed, merged.missing));
@@ -49,6 +52,7 @@ void add_merge(CLI::App& app, int& exit_code) {
       ->type_name(value_kind::folder)
       ->required();
   command->add_flag("--no-report", options->no_report, "without report.html");
+  add_against_option(*command, options->baseline);
   add_output_options(*command, options->output, {"table", "json"});
   command->callback([options, &exit_code] { exit_code = run_merge(*options); });
 }

@@ -64,6 +64,14 @@ void add_jobs_option(CLI::App& command, int& jobs) {
   command.add_option("--jobs", jobs, "worker processes; default: one a core")->check(CLI::Range(1, 1024));
 }
 
+void add_against_option(CLI::App& command, std::string& baseline, const std::string& more) {
+  command
+      .add_option("--against", baseline,
+                  "the variant that the others are compared with, task by task; default: the best ranked" + more)
+      ->type_name(value_kind::variant)
+      ->check([](const std::string& text) { return text.empty() ? "empty (allowed: a variant)" : std::string(); });
+}
+
 void add_out_option(CLI::App& command, std::string& out, const std::string& kept) {
   command.add_option("--out", out, kept + "; one that is there already is resumed")
       ->type_name(value_kind::folder)

@@ -34,6 +34,9 @@ void add_figure_options(CLI::App& command, OutputOptions& options, const std::st
 /// --jobs: worker processes, one a core unless it is given.
 void add_jobs_option(CLI::App& command, int& jobs);
 
+/// --against: the variant that the others are compared with.
+void add_against_option(CLI::App& command, std::string& baseline, const std::string& more = "");
+
 /// --out: a folder that an interrupted command resumes.
 void add_out_option(CLI::App& command, std::string& out, const std::string& kept = "results folder");
 

@@ -60,7 +60,7 @@ void add_report(CLI::App& app, int& exit_code) {
   command->add_flag("--overview-only", options->overview_only, "without every tick of every run: a smaller file");
   command->add_option(
       "--figure", options->figure,
-      "what --svg or --png draws: pareto (default), solve_time, or a run's ID, SCENARIO--VARIANT--sSEED");
+      "what --svg or --png draws: pareto (default), profile, solve_time, or a run's ID, SCENARIO--VARIANT--sSEED");
   CLI::Option* svg = command->add_option("--svg", options->svg, "draw a figure into this SVG file, in place of a page")
                          ->type_name(value_kind::svg);
   command->add_option("--png", options->png, "the same as PNG")->type_name(value_kind::png)->excludes(svg);

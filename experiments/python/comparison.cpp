@@ -2,7 +2,6 @@
 
 #include "experiments/campaign/run_campaign.hpp"
 #include "experiments/python/interruptible.hpp"
-#include "experiments/report/against.hpp"
 
 #include <optional>
 #include <string>
@@ -39,9 +38,7 @@ Compared compare(const std::string& toml, const CampaignOptions& options, const 
     }
   }
   if (!records) raise_keyboard_interrupt();
-  found.result = result_of(*records, details);
-  if (!baseline.empty() || campaign.seeds.size() > 1)
-    if (std::optional<Table> table = against(*records, baseline)) found.result.tables.push_back(std::move(*table));
+  found.result = result_of(*records, details, baseline);
   if (std::string note = real_time_note(campaign.variants); !note.empty())
     found.result.notes.push_back(std::move(note));
   if (!found.folder.empty()) found.result.notes.push_back("Results: " + found.folder);

@@ -41,14 +41,14 @@ py::tuple campaign_of(const CampaignSource& source, const std::optional<std::str
       return run_in_processes(campaign, jobs, tick_limit_s);
     }();
     if (!records) raise_keyboard_interrupt();
-    return py::make_tuple(result_of(*records, false).json(), py::none());
+    return py::make_tuple(runs_json(*records), py::none());
   }
   const CampaignResult result = [&] {
     const py::gil_scoped_release released;
     return run_campaign(campaign, {*out, jobs, tick_limit_s});
   }();
   if (result.interrupted) raise_keyboard_interrupt();
-  return py::make_tuple(result_of(result.records(), false).json(), result.folder);
+  return py::make_tuple(runs_json(result.records()), result.folder);
 }
 
 /// Each instance's times, rows of equal length: least of all passes, least with phase timing, then its phases.
@@ -223,7 +223,7 @@ void bind_results(py::module_& m) {
                              [](const Results& r) {
                                std::vector<RunRecord> records;
                                for (const StoredRun& run : r.runs) records.push_back(run.record);
-                               return result_of(records, false).json();
+                               return runs_json(records);
                              })
       .def_property_readonly("left_out", &reasons)
       .def("curves", &curves_of, py::arg("id"));

@@ -2,11 +2,11 @@
 
 #include "core/config/reader.hpp"
 #include "experiments/report/headings.hpp"
-#include "experiments/report/ranking.hpp"
+#include "experiments/report/paired.hpp"
+#include "experiments/report/performance_profile.hpp"
 
 #include <algorithm>
-#include <map>
-#include <utility>
+#include <cmath>
 #include <vector>
 
 #include <fmt/format.h>
@@ -15,56 +15,153 @@
 namespace solenoid {
 namespace {
 
-using Task = std::pair<std::string, std::uint64_t>;  // scenario and seed
+constexpr std::size_t most_ratios = 201;  // of a profile in data: each half per cent
 
-std::map<Task, double> judged_errors(std::span<const RunRecord> records, const std::string& variant) {
-  std::map<Task, double> errors;
-  for (const RunRecord& r : records)
-    if (r.variant == variant && r.ok() && r.metrics)
-      errors[{r.scenario, r.seed}] =
-          std::max(r.metrics->number(judged_metric(description_of(r)).key), 1e-12);  // as rankings do
-  return errors;
+const char* word_of(Paired::Verdict verdict) {
+  switch (verdict) {
+    case Paired::Verdict::better:
+      return "better";
+    case Paired::Verdict::worse:
+      return "worse";
+    case Paired::Verdict::no_difference_shown:
+      break;
+  }
+  return "no difference shown";
+}
+
+std::vector<Table::Column> columns_of(const std::string& baseline) {
+  return {{"variant", "variant", "<"},
+          {"ratio", "ratio", ".4f"},
+          {"own_low", ""},
+          {"own_high", ""},
+          {"low", "95 % from", ".4f"},
+          {"high", "to", ".4f"},
+          {"p", ""},
+          {"better", "better in %", ".1f%"},
+          {"tasks", "of tasks"},
+          {"lost", "lost"},
+          {"baseline_lost", "lost by " + baseline},
+          {"verdict", "verdict", "<"}};
+}
+
+Table::Row row_of(const Paired& pair, const std::vector<std::string>& names) {
+  const auto low = [](const std::optional<Paired::Interval>& i) { return i ? Json(i->low) : Json(); };
+  const auto high = [](const std::optional<Paired::Interval>& i) { return i ? Json(i->high) : Json(); };
+  return {names[pair.variant],
+          pair.ratio,
+          low(pair.own),
+          high(pair.own),
+          low(pair.corrected),
+          high(pair.corrected),
+          pair.p,
+          pair.tasks > 0 ? Json(pair.better) : Json(),
+          pair.tasks,
+          pair.lost,
+          pair.baseline_lost,
+          pair.verdict ? Json(word_of(*pair.verdict)) : Json()};
+}
+
+const char* resampled(const PairedVariants& pairs) {
+  return pairs.of_seeds()  ? (pairs.grouped() ? "groups of seeds" : "seeds")
+         : pairs.grouped() ? "groups of scenarios"
+                           : "scenarios";
+}
+
+/// What the columns are.
+std::vector<std::string> notes_of(const PairedVariants& pairs, std::size_t comparisons, bool named) {
+  const std::string counted =
+      "better in: share of the tasks, scenarios with a seed, where the error is less, ties are halves; lost: tasks in "
+      "no "
+      "number, as the variant or the other did not end well.";
+  if (comparisons == 0)
+    return {fmt::format("No interval and no verdict: these take {} scenarios, or seeds of one, that differ.",
+                        MaxT::least_values),
+            counted};
+  const std::string joint = comparisons == 1 ? "of one comparison"
+                            : named          ? fmt::format("of all {} comparisons together", comparisons)
+                                             : fmt::format("of all {} pairs of variants together", comparisons);
+  return {fmt::format("95 %: {}, from {} resamples of the {} {}{}; better and worse where it is beyond 1.", joint,
+                      MaxT::resamples, pairs.units(), resampled(pairs),
+                      pairs.of_seeds() ? ", said of this scenario alone" : ""),
+          counted};
+}
+
+/// Numbers of the ranked variants in the table, best first.
+std::vector<std::uint32_t> numbers_of(const RunTable& runs, const Ranking& ranking) {
+  std::vector<std::uint32_t> numbers;
+  for (const RankedVariant& v : ranking.variants)
+    numbers.push_back(
+        static_cast<std::uint32_t>(std::ranges::find(runs.variants(), v.variant) - runs.variants().begin()));
+  return numbers;
+}
+
+Json matrix_json(const PairedFamily& all, const std::vector<std::string>& names) {
+  Table table{.columns = columns_of("")};
+  table.columns.insert(table.columns.begin(), Table::Column("baseline"));
+  for (const Paired& pair : all.rows) {
+    Table::Row row = row_of(pair, names);
+    row.insert(row.begin(), Table::Cell(names[pair.baseline]));
+    table.add(std::move(row));
+  }
+  return table.json();
+}
+
+Json profiles_json(const PairedVariants& pairs, const std::vector<std::uint32_t>& ranked,
+                   const std::vector<std::string>& names) {
+  const std::vector<PerformanceProfile> profiles = performance_profiles(pairs.errors(), most_ratios);
+  Json list = Json::array();
+  for (const std::uint32_t v : ranked)
+    list.push_back(
+        {{"variant", names[v]}, {"ok", profiles[v].ok}, {"runs", profiles[v].runs}, {"ratios", profiles[v].ratios}});
+  return list;
 }
 
 }  // namespace
 
-std::optional<Table> against(std::span<const RunRecord> records, const std::string& baseline) {
-  const Ranking ranking = rank_variants(records);
-  std::vector<std::string> names;
-  for (const RankedVariant& v : ranking.variants) names.push_back(v.variant);
-  if (names.size() < 2) return std::nullopt;
-  const std::string base = baseline.empty() ? names.front() : baseline;
-  if (std::ranges::count(names, base) == 0)
-    throw ConfigError(fmt::format("baseline '{}' is not known (allowed: {})", base, fmt::join(names, ", ")));
-  const std::map<Task, double> base_errors = judged_errors(records, base);
-  Table table{.title = fmt::format("{} of each run, divided by that of {} in the same scenario and seed",
-                                   metric_heading(judged_metric(*ranking.system)).label, base),
-              .columns = {{"variant", "variant", "<"},
-                          {"ratio", "ratio", ".4f"},
-                          {"ratio_low", "95 % from", ".4f"},
-                          {"ratio_high", "to", ".4f"},
-                          {"better", "better in"},
-                          {"runs", "of"}}};
-  bool any = false;
-  for (const std::string& name : names) {
-    if (name == base) continue;
-    std::vector<double> ratios;
-    for (const auto& [task, error] : judged_errors(records, name))
-      if (const auto other = base_errors.find(task); other != base_errors.end())
-        ratios.push_back(error / other->second);
-    const auto better = std::ranges::count_if(ratios, [](double ratio) { return ratio < 1; });
-    if (ratios.empty()) {
-      table.add({name, nullptr, nullptr, nullptr, 0, 0});
-      continue;
-    }
-    any = true;
-    const GeometricMean mean = geometric_mean(ratios);
-    const bool interval = ratios.size() > 1;
-    table.add({name, mean.value, interval ? Json(mean.value / mean.margin) : Json(),
-               interval ? Json(mean.value * mean.margin) : Json(), better, ratios.size()});
+std::optional<Against> against(const RunTable& runs, const Ranking& ranking, const std::string& baseline,
+                               std::optional<std::uint32_t> group) {
+  const std::vector<std::uint32_t> ranked = numbers_of(runs, ranking);
+  const std::vector<std::string>& names = runs.variants();
+  const bool named = !baseline.empty();
+  if (named && std::ranges::count(ranking.variants, baseline, &RankedVariant::variant) == 0) {
+    std::vector<std::string> known;
+    for (const std::uint32_t v : ranked) known.push_back(names[v]);
+    throw ConfigError(fmt::format("baseline '{}' is not known (allowed: {})", baseline, fmt::join(known, ", ")));
   }
-  if (!any) return std::nullopt;
-  return table;
+  if (ranked.size() < 2) return std::nullopt;
+  const std::string base = named ? baseline : names[ranked.front()];
+  const auto number = static_cast<std::uint32_t>(std::ranges::find(names, base) - names.begin());
+  const PairedVariants pairs(runs, group);
+  PairedFamily all = pairs.all();
+  PairedFamily family = named ? pairs.against(number) : all;
+  std::erase_if(family.rows, [&](const Paired& pair) { return pair.baseline != number; });
+  const auto place = [&](std::uint32_t v) { return std::ranges::find(ranked, v); };
+  for (PairedFamily* each : {&all, &family}) {
+    std::erase_if(each->rows, [&](const Paired& pair) {
+      return place(pair.variant) == ranked.end() || place(pair.baseline) == ranked.end();
+    });
+    std::ranges::sort(each->rows, {},
+                      [&](const Paired& pair) { return std::pair(place(pair.baseline), place(pair.variant)); });
+  }
+  Against found{.table = {.title = fmt::format("{} of each run, divided by that of {} in the same scenario and seed",
+                                               metric_heading(judged_metric(runs.system())).label, base),
+                          .columns = columns_of(base)},
+                .json = {}};
+  for (const Paired& pair : family.rows) {
+    found.several_tasks = found.several_tasks || pair.tasks > 1;
+    found.table.add(row_of(pair, names));
+  }
+  found.table.notes = notes_of(pairs, family.comparisons, named);
+  found.json = {{"baseline", base},
+                {"chosen", named ? "named" : "ranked first"},
+                {"resampled", resampled(pairs)},
+                {"units", pairs.units()},
+                {"resamples", MaxT::resamples},
+                {"comparisons", family.comparisons},
+                {"variants", found.table.json()},
+                {"matrix", matrix_json(all, names)},
+                {"profiles", profiles_json(pairs, ranked, names)}};
+  return found;
 }
 
 }  // namespace solenoid

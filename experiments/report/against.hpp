@@ -1,17 +1,31 @@
 #pragma once
 
 #include "experiments/base/table.hpp"
-#include "experiments/campaign/run_record.hpp"
+#include "experiments/report/ranking.hpp"
 
 #include <optional>
-#include <span>
 #include <string>
 
 namespace solenoid {
 
-/// Variants against one of them, run by run: the ratio of the judged errors in each scenario and seed that both ended
-/// well, its geometric mean with the normal 95 % interval, and how often a variant was better. `baseline` empty: the
-/// best ranked. Nothing where there is no other variant, or no run in common. Throws ConfigError for a name without runs.
-std::optional<Table> against(std::span<const RunRecord> records, const std::string& baseline);
+/// Variants against one of them, task by task (PairedVariants), for a person and as data.
+struct Against {
+  Table table;
+  /// baseline                 its name
+  /// chosen                   "ranked first", corrected over all pairs, or "named", over the variants against it
+  /// resampled, units         what was drawn, "scenarios", "seeds" or "groups of scenarios", and how many of them there are
+  /// resamples, comparisons   how many draws, and how many comparisons were corrected together
+  /// variants                 the table: [{variant, ratio, own_low, own_high, low, high, p, better, tasks, lost,
+  ///                          baseline_lost, verdict}]; `own` by itself, low and high corrected; null where there is none
+  /// matrix                   the same of every variant against every other, each with `baseline`, corrected over all pairs
+  /// profiles                 [{variant, ok, runs, ratios}]: performance_profiles()
+  Json json;
+  bool several_tasks = false;  ///< whether a pair has more than one: one task says nothing of another
+};
+
+/// Of a ranking and the runs it is of. `baseline` empty: the best ranked. Nothing where there is no other variant. Throws
+/// ConfigError for a name without runs.
+std::optional<Against> against(const RunTable& runs, const Ranking& ranking, const std::string& baseline = "",
+                               std::optional<std::uint32_t> group = {});
 
 }  // namespace solenoid

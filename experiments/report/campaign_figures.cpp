@@ -3,6 +3,7 @@
 #include "core/config/reader.hpp"
 #include "experiments/base/gnuplot.hpp"
 #include "experiments/report/pareto.hpp"
+#include "experiments/report/performance_profile.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -91,6 +92,7 @@ void draw_solve_time(Results& results, const std::string& path, FigureFormat for
 }  // namespace
 
 void draw_report_figure(Results& results, const std::string& figure, const std::string& path, FigureFormat format) {
+  if (figure == "profile") return draw_profiles(*results.table(), path, format);
   if (figure == "solve_time") return draw_solve_time(results, path, format);
   if (figure != "pareto") return draw_run(results, results.run(figure), path, format);
   const char* ending = format == FigureFormat::svg ? ".svg" : ".png";

@@ -8,6 +8,7 @@ namespace solenoid {
 /// Draws a figure of a results folder for a paper, with gnuplot:
 ///
 ///   pareto       error against each effort (draw_ranked)
+///   profile      performance profiles (draw_profiles)
 ///   solve_time   a histogram of solver times a variant, with the line of the control period
 ///   a run's ID   the plots of draw_figure, from the run as it was kept
 ///

@@ -1,10 +1,13 @@
 #include "experiments/report/comparison.hpp"
 
 #include "experiments/plugin/python_rows.hpp"
+#include "experiments/report/against.hpp"
 #include "experiments/report/headings.hpp"
 #include "experiments/report/ranking.hpp"
 
 #include <algorithm>
+#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -133,11 +136,23 @@ std::vector<Table> ensembles(const RunTable& runs) {
   return tables;
 }
 
-/// Rankings and their note; `heading`: of the first table.
-void add_rankings(const RunTable& runs, const std::string& heading, Result& result) {
+/// How variants compare with the baseline, task by task.
+void add_paired(const RunTable& runs, const Ranking& ranking, const std::string& baseline, Result& result) {
+  std::optional<Against> found = against(runs, ranking, baseline);
+  if (!found) return;
+  Json json = {{"system", runs.system().name}};
+  json.update(found->json);
+  result.facts["paired"].push_back(std::move(json));
+  if (!baseline.empty()) result.flat = found->table;
+  if (found->several_tasks || !baseline.empty()) result.tables.push_back(std::move(found->table));
+}
+
+/// Rankings, comparisons and their note; `heading`: of the first table.
+void add_rankings(const RunTable& runs, const std::string& heading, const std::string& baseline, Result& result) {
   const Ranking ranking = rank_variants(runs);
   result.tables.push_back(summary(ranking));
   result.tables.back().title = heading;
+  add_paired(runs, ranking, baseline, result);
   for (Table& table : ensembles(runs)) result.tables.push_back(std::move(table));
   result.notes.push_back(heading.empty() ? ranking_note(ranking) : heading + ": " + ranking_note(ranking));
 }
@@ -156,6 +171,12 @@ void add_details(std::span<const RunRecord> records, const SystemDescription& sy
   end_scenario();
 }
 
+Json facts_of(std::span<const RunRecord> records) {
+  Json runs = Json::array();
+  for (const RunRecord& record : records) runs.push_back(to_json(record));
+  return {{"runs", std::move(runs)}};
+}
+
 }  // namespace
 
 std::string real_time_note(std::span<const VariantConfig> variants) {
@@ -165,21 +186,22 @@ std::string real_time_note(std::span<const VariantConfig> variants) {
   return names.empty() ? "" : fmt::format("Not real time, in simulation only: {}.", enumeration(names));
 }
 
-Result result_of(std::span<const RunRecord> records, bool details) {
-  Result result{.facts = {{"runs", Json::array()}}};
-  for (const RunRecord& record : records) result.facts["runs"].push_back(to_json(record));
+Result result_of(std::span<const RunRecord> records, bool details, const std::string& baseline) {
+  Result result{.facts = facts_of(records)};
   const std::vector<RunTable> systems = tables_of(records);
   for (const RunTable& own : systems) {
-    add_rankings(own, systems.size() > 1 ? own.system().name : "", result);
+    add_rankings(own, systems.size() > 1 ? own.system().name : "", baseline, result);
     if (details) add_details(records, own.system(), result);
   }
   return result;
 }
 
-Result result_of(const RunTable& runs) {
+Result result_of(const RunTable& runs, const std::string& baseline) {
   Result result;
-  add_rankings(runs, "", result);
+  add_rankings(runs, "", baseline, result);
   return result;
 }
+
+std::string runs_json(std::span<const RunRecord> records) { return Result{.facts = facts_of(records)}.json(); }
 
 }  // namespace solenoid

@@ -12,8 +12,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// In the order in which they use each other.
-constexpr const char* scripts[] = {"text",         "trace", "chart",      "thesis", "tables",
-                                   "distribution", "plots", "solve_time", "live",   "main"};
+constexpr const char* scripts[] = {"text",   "trace", "chart",      "thesis", "tables", "distribution",
+                                   "paired", "plots", "solve_time", "live",   "main"};
 
 std::string_view asset(const std::string& name) {
   const std::string_view text = embedded_text("report/assets/" + name);

@@ -4,6 +4,7 @@
 #include "experiments/base/build_info.hpp"
 #include "experiments/campaign/ensemble.hpp"
 #include "experiments/campaign/simulated_system.hpp"
+#include "experiments/report/against.hpp"
 #include "experiments/report/headings.hpp"
 #include "experiments/report/ranking.hpp"
 
@@ -102,7 +103,7 @@ Json ranked_json(const RankedVariant& v, const SystemDescription& system) {
   return json;
 }
 
-Json ranking_json(const std::string& name, const RunTable& table, Group group, Json scenarios) {
+Json ranking_json(const std::string& name, const RunTable& table, Group group, bool paired, Json scenarios) {
   const Ranking ranking = rank_variants(table, group);
   Json json = {{"name", name},
                {"scenarios", std::move(scenarios)},
@@ -114,11 +115,22 @@ Json ranking_json(const std::string& name, const RunTable& table, Group group, J
     json["variants"].push_back(ranked_json(variant, *ranking.system));
     add_statistics(table, group, points, variant.variant, json["variants"].back());
   }
+  if (paired)
+    if (std::optional<Against> found = against(table, ranking, "", group)) json["paired"] = std::move(found->json);
   return json;
 }
 
-/// Over everything, then over each ensemble and each single scenario, if there is more than one.
-Json rankings_json(const RunTable& table, const std::vector<StoredRun>& listed) {
+/// Whether each ensemble is compared pair by pair too, so that all matrices of a page stay below a few megabytes.
+bool pairs_fit(const RunTable& table) {
+  constexpr std::size_t most_pairs = 10'000;  // a variant and its baseline
+  std::size_t ensembles = 0;
+  for (std::uint32_t group = 0; group < table.groups().size(); ++group) ensembles += table.is_ensemble(group);
+  return ensembles * table.variants().size() * table.variants().size() <= most_pairs;
+}
+
+/// Over everything, then over each ensemble and each single scenario, if there is more than one. `ended`: an interval that is
+/// looked at while runs come in is none at 95 %, so before that nothing is compared in pairs.
+Json rankings_json(const RunTable& table, const std::vector<StoredRun>& listed, bool ended) {
   Json all = Json::array();
   std::map<std::string, Json> by_group;
   std::string last;
@@ -128,12 +140,13 @@ Json rankings_json(const RunTable& table, const std::vector<StoredRun>& listed) 
     all.push_back(name);
     by_group.try_emplace(ensemble_name(name), Json::array()).first->second.push_back(name);
   }
-  Json list = Json::array({ranking_json("all scenarios", table, {}, std::move(all))});
+  Json list = Json::array({ranking_json("all scenarios", table, {}, ended, std::move(all))});
+  const bool paired = ended && pairs_fit(table);
   if (table.groups().size() > 1)
     for (std::uint32_t group = 0; group < table.groups().size(); ++group) {
       const std::string& name = table.groups()[group];
       const auto scenarios = by_group.try_emplace(name, Json::array()).first;
-      list.push_back(ranking_json(name, table, group, scenarios->second));
+      list.push_back(ranking_json(name, table, group, paired && table.is_ensemble(group), scenarios->second));
     }
   return list;
 }
@@ -191,7 +204,7 @@ Json report_json(const Results& results, const std::map<std::string, std::string
                {"variants", variants_json(results.campaign.variants, system)},
                {"counts", counts_json(*table)},
                {"sample", results.sampled()},
-               {"rankings", rankings_json(*table, results.runs)},
+               {"rankings", rankings_json(*table, results.runs, results.manifest.value("status", "") != "running")},
                {"runs", Json::array()},
                {"left_out", Json::array()}};
   for (const LeftOut& out : results.left_out)

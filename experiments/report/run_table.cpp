@@ -47,8 +47,10 @@ std::uint32_t RunTable::group_number(const std::string& name, bool ensemble) {
 std::uint32_t RunTable::scenario_number(const std::string& name) {
   if (name == last_scenario_ && !scenario_groups_.empty()) return last_number_;  // runs come by scenarios
   const auto next = static_cast<std::uint32_t>(scenario_groups_.size());
-  const auto [at, fresh] = scenario_numbers_.try_emplace(std::hash<std::string>()(name), next);
+  const std::size_t key = std::hash<std::string>()(name);
+  const auto [at, fresh] = scenario_numbers_.try_emplace(key, next);
   if (fresh) {
+    scenario_keys_.push_back(key);
     const std::string group = ensemble_name(name);
     scenario_groups_.push_back(group_number(group, group != name));
   }
@@ -60,6 +62,7 @@ void RunTable::add(const RunRecord& run, const SolveHistogram& solves) {
   if (&description_of(run) != system_) throw std::invalid_argument("a table of runs has one system's");
   variant_.push_back(variant_number(run.variant));
   scenario_.push_back(scenario_number(run.scenario));
+  seed_.push_back(run.seed);
   ending_.push_back(run.ok() ? Ending::ok : run.failed() ? Ending::failed : Ending::unstable);
   const Metrics* m = run.metrics ? &*run.metrics : nullptr;
   error_.push_back(m ? std::max(m->number(error_key_), 1e-12) : 0.0);
@@ -78,6 +81,7 @@ void RunTable::add(const RunRecord& run, const SolveHistogram& solves) {
 void RunTable::reserve(std::size_t runs) {
   variant_.reserve(runs);
   scenario_.reserve(runs);
+  seed_.reserve(runs);
   ending_.reserve(runs);
   efforts_.reserve(runs * effort_keys_.size());
   for (std::vector<double>* column : {&error_, &solve_p50_us_, &solve_p99_us_}) column->reserve(runs);

@@ -53,6 +53,9 @@ class RunTable {
   std::uint32_t variant(std::size_t row) const { return variant_[row]; }
   std::uint32_t scenario(std::size_t row) const { return scenario_[row]; }
   std::uint32_t group(std::size_t row) const { return scenario_groups_[scenario_[row]]; }
+  std::uint64_t seed(std::size_t row) const { return seed_[row]; }
+  /// Of a scenario's name alone, so that sorted by it scenarios have the same order however runs came.
+  std::size_t scenario_key(std::uint32_t scenario) const { return scenario_keys_[scenario]; }
   /// Of a run that is ok: its error, at least 1e-12, its efforts in the description's order, times of its solves.
   double error(std::size_t row) const { return error_[row]; }
   double effort(std::size_t row, std::size_t which) const { return efforts_[row * effort_keys_.size() + which]; }
@@ -84,11 +87,13 @@ class RunTable {
   std::vector<std::pair<std::size_t, std::size_t>> group_rows_;
   std::vector<bool> ensemble_;                                       // of groups
   std::vector<std::uint32_t> scenario_groups_;                       // of scenarios
+  std::vector<std::size_t> scenario_keys_;                           // of scenarios
   std::unordered_map<std::size_t, std::uint32_t> scenario_numbers_;  // by the hash of their names, which are not kept
   std::unordered_map<std::string, std::uint32_t> group_numbers_;
   std::string last_scenario_;
   std::uint32_t last_number_ = 0;
   std::vector<std::uint32_t> variant_, scenario_;
+  std::vector<std::uint64_t> seed_;
   std::vector<Ending> ending_;
   std::vector<double> error_, efforts_, solve_p50_us_, solve_p99_us_;
   std::vector<std::vector<SolveSums>> solves_;  // of a group, of a variant; as far as there are any

@@ -4,6 +4,7 @@
 #include "experiments/report/merge.hpp"
 
 #include "experiments/report/page.hpp"
+#include "experiments/report/paired.hpp"
 #include "experiments/report/ranking.hpp"
 #include "tests/bench/timing.hpp"
 #include "tests/experiments/synthetic_runs.hpp"
@@ -57,6 +58,7 @@ void steps(const std::string& folder) {
   tell("runs.csv", seconds_of([&] { write_runs_csv(folder, *campaign, index); }));
   tell("all of read_results", seconds_of([&] { results = read_results(folder); }));
   tell("ranking", seconds_of([&] { rank_variants(*results->table()); }));
+  tell("pairs of variants", seconds_of([&] { PairedVariants(*results->table()).all(); }));
   std::string page;
   tell("page", seconds_of([&] { page = report_of(*results, true); }));
   fmt::print("  {:<28}{:8.2f} MB, {} runs listed of {}\n", "its size", mb(page.size()), results->runs.size(),

@@ -115,8 +115,11 @@ class Comparison:
 
     def __init__(self, found: Any) -> None:
         self._found = found
-        self.runs: list[dict[str, Any]] = json.loads(found.json())["runs"]
+        data: dict[str, Any] = json.loads(found.json())
+        self.runs: list[dict[str, Any]] = data["runs"]
         """A dictionary each, as `solenoid compare --format json` has them; by scenario, then variant, then seed."""
+        self.paired: dict[str, Any] | None = (data.get("paired") or [None])[0]
+        """Variants against the baseline, task by task, as `solenoid compare --format json` has them; None of one variant."""
         self.folder: str = found.folder
         """Of the results, for `solenoid report` and `solenoid plot`; empty: none was written."""
 
@@ -159,8 +162,7 @@ def compare(variants: AnyVariant | Iterable[AnyVariant],
     scenarios     objects, or names of those of the system's shipped campaign; none: all of that
     seeds         how many, 1 to that, or which
     jobs          processes at a time; 0: one a core. The numbers are the same whatever it is
-    baseline      the variant whose errors the others' are divided by, run by run; with several seeds the best, if none
-                  is said
+    baseline      the variant whose errors the others' are divided by, run by run; the best ranked, if none is said
     out           a results folder as `solenoid compare` writes it; runs that are there are not done again, but for
                   those in Python
     details       every run in the printed table

@@ -32,12 +32,19 @@ function distributionChart(variants, system) {
   return chart.svg;
 }
 
-function distributionLegend(variants, system) {
-  return element("ul", { class: "legend" }, ...variants.map(({ variant, distribution: d }, i) => {
+// A line a curve, in the order of the curves.
+function curveLegend(texts) {
+  return element("ul", { class: "legend" }, ...texts.map((text, i) => {
     const line = svgElement("svg", { width: 26, height: 8, viewBox: "0 0 26 8", "aria-hidden": "true" });
     line.append(svgElement("line", { ...lineStyle(i), x1: 0, x2: 26, y1: 4, y2: 4 }));
+    return element("li", {}, line, ` ${text}`);
+  }));
+}
+
+function distributionLegend(variants, system) {
+  return curveLegend(variants.map(({ variant, distribution: d }) => {
     const ended = d.ok === d.runs ? `${d.runs.toLocaleString("en")} runs` : `${d.ok.toLocaleString("en")} of ${d.runs.toLocaleString("en")} runs ended well`;
-    return element("li", {}, line, ` ${variant}: half up to ${shortNumber(quantileOf(d, 0.5))}, 95 % up to ${shortNumber(quantileOf(d, 0.95))} ${system.unit}, ${ended}`);
+    return `${variant}: half up to ${shortNumber(quantileOf(d, 0.5))}, 95 % up to ${shortNumber(quantileOf(d, 0.95))} ${system.unit}, ${ended}`;
   }));
 }
 

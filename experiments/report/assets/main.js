@@ -8,6 +8,8 @@ class Page {
     this.limit = RUNS_AT_ONCE;
     this.chosen = { a: "", b: "" };
     this.ranked = new SortedTable(byId("ranked"), rankedColumns(report.system), `Variants ranked by the geometric mean of their ${report.system.label}`, { key: "rank", descending: false });
+    this.pairedTable = new SortedTable(byId("paired-table"), pairedColumns(report.system), "Variants against one of them, task by task", { key: "", descending: false });
+    this.baseline = "";  // whom the reader compares with; empty: the best ranked
     const pick = {
       key: "pick", label: "Plot", fixed: true, left: true, css: "on-screen", value: () => "",
       show: (run) => element("span", {}, ...["a", "b"].map((slot) => element("button", {
@@ -23,6 +25,7 @@ class Page {
 
   listen() {
     byId("group").addEventListener("change", () => this.drawGroup());
+    byId("baseline").addEventListener("change", (event) => { this.baseline = event.target.value; this.drawGroup(); });
     for (const id of ["search", "scenario", "variant", "status"]) byId(id).addEventListener("input", () => { this.limit = RUNS_AT_ONCE; this.drawRuns(); });
     byId("more").addEventListener("click", () => { this.limit += 5 * RUNS_AT_ONCE; this.drawRuns(); });
     for (const slot of ["a", "b"]) byId(`run-${slot}`).addEventListener("change", (event) => this.choose(slot, event.target.value));
@@ -83,6 +86,8 @@ class Page {
     const ranking = this.report.rankings[Number(byId("group").value)] ?? this.report.rankings[0];
     drawRanking(this.ranked, ranking, this.report.system);
     drawPareto(byId("pareto"), ranking, this.report.system);
+    drawPaired(this.pairedTable, ranking, this.baseline);
+    drawProfiles(byId("profile"), ranking, this.report.system);
     drawDistribution(byId("distribution"), ranking, this.report.system);
     drawSolveTimes(this.report, ranking);
     byId("solve-note").textContent = `all solves over ${ranking.name}; one control period is ${duration(this.report.deadline_us)}; bins of a tenth of a decade`;

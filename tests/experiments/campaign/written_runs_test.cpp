@@ -29,12 +29,15 @@ TEST(WrittenRuns, AreTheTextsOfAllRecordsAtOnce) {
   const SomeRuns some;
   StoredRuns kept(some.folder.file("r"), some.campaign);
   const SystemDescription& system = some.campaign.system->description();
-  const auto json = [&] { return text_of([&](const TextSink& write) { write_json(kept, write); }); };
+  Json more = Json::object();
+  const auto json = [&] { return text_of([&](const TextSink& write) { write_json(kept, more, write); }); };
   EXPECT_EQ(json(), result_of({}, false).json());
   kept.refresh();
   ASSERT_EQ(kept.count(StoredRuns::Ending::missing), 0u);
   std::vector<RunRecord> records;
   for (std::size_t i = 0; i < kept.size(); ++i) records.push_back(kept.read(i).record);
+  EXPECT_EQ(json(), runs_json(records));
+  more = result_of(table_of(kept, system)).facts;
   EXPECT_EQ(json(), result_of(records, false).json());
   EXPECT_EQ(text_of([&](const TextSink& write) { write_csv(kept, system, write); }), to_csv(records));
 }

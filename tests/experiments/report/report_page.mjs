@@ -104,6 +104,12 @@ async function tables() {
   await click(`#run-table th[data-key="rmse_mm"] button`);
   check(increasing(numbers(await column("run-table", "RMSE"))), "runs sort by RMSE");
   check((await evaluate(`document.querySelectorAll("#pareto svg circle").length`)) === 2 * (await column("ranked", "Variant")).length, "each ranked variant is a point of both Pareto plots");
+  const [ratio] = numbers(await column("paired-table", "Ratio")), baseline = await evaluate(`document.getElementById("baseline").value`), [other] = await column("paired-table", "Variant");
+  check(ratio >= 1 && baseline === (await evaluate(`JSON.parse(document.getElementById("data").textContent).rankings[0].variants[0].variant`)), "variants are paired with the best ranked");
+  await choose("baseline", other);
+  check((await column("paired-table", "Variant")).join() === baseline && Math.abs(numbers(await column("paired-table", "Ratio"))[0] * ratio - 1) < 0.01, "another baseline turns the ratio round");
+  await choose("baseline", baseline);
+  check((await evaluate(`document.querySelectorAll("#profile path.curve").length`)) === 2, "a performance profile a variant");
   check((await evaluate(`document.querySelectorAll("#histograms svg .deadline").length`)) > 0, "solver times have the line of the period");
   await choose("group", "1");
   check((await evaluate(`document.getElementById("ranking-note").textContent`)).includes("1 of 1 scenario"), "the ranking over one scenario");
@@ -182,6 +188,13 @@ async function large() {
   check((await text("runs-note")).startsWith(`${grouped(listed)} runs of ${grouped(all.runs)} are listed: `), "and which part");
   check((await evaluate(`document.querySelectorAll("#distribution path.curve").length`)) === variants.length, "a curve of the errors' distribution a variant");
   check((await evaluate(`document.querySelectorAll("#distribution .legend li").length`)) === variants.length, "a line of the legend a curve");
+  const paired = JSON.parse(await evaluate(`JSON.stringify(JSON.parse(document.getElementById("data").textContent).rankings[0].paired)`));
+  check((await column("paired-table", "Verdict")).join() === paired.variants.map((row) => row.verdict).join() && paired.variants.every((row) => row.verdict), "verdicts are those of the data");
+  check((await column("paired-table", "95 %")).join() === paired.variants.map((row) => row.low.toFixed(4)).join(), "and so are the intervals");
+  check((await text("paired-note")).includes(`all ${paired.comparisons} pairs`), "the note says what they are corrected for");
+  const profiles = await evaluate(`[...document.querySelectorAll("#profile path.curve")].map((path) => path.getAttribute("d"))`);
+  check(profiles.length === variants.length, "a performance profile a variant");
+  check(profiles.every((path, i) => Math.abs((262 - Number(path.slice(0, path.lastIndexOf("H")).split(" ").at(-1))) / 240 - paired.profiles[i].ok / paired.profiles[i].runs) < 0.002), "which ends at the share of tasks that ended well");
   const { errors, ok, runs } = variants[0].distribution;
   const name = await evaluate(`document.querySelector("#distribution svg").getAttribute("aria-label")`);
   check(name.includes(`largest ${errors.at(-1).toPrecision(3)}`), "the drawing's name says its numbers");

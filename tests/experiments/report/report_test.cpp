@@ -177,7 +177,7 @@ TEST(Report, ALogOfARunInRealTimeIsDrawnToo) {
 
 TEST(Report, DrawsEveryFigureForAPaper) {
   const test::Folder& folder = small_results();
-  for (const char* figure : {"pareto", "solve_time", "step--nine_pd--s3"}) {
+  for (const char* figure : {"pareto", "profile", "solve_time", "step--nine_pd--s3"}) {
     const test::ProgramRun run =
         test::run_program(folder, fmt::format("report results --figure {0} --svg {0}.svg", figure));
     EXPECT_EQ(run.exit_code, 0) << run.err;
