@@ -40,6 +40,7 @@ void add_chaos(CLI::App& app, int& exit_code);
 void add_soak(CLI::App& app, int& exit_code);
 void add_tune(CLI::App& app, int& exit_code);
 void add_identify(CLI::App& app, int& exit_code);
+void add_identify_residual(CLI::App& identify, int& exit_code);
 void add_size(CLI::App& app, int& exit_code);
 void add_new(CLI::App& app, int& exit_code);
 void add_man(CLI::App& app, int& exit_code);

@@ -286,7 +286,10 @@ void add_identify(CLI::App& app, int& exit_code) {
   command->add_flag("--records", o.records, "keep a simulated plant's records too, as CSV");
   command->add_flag("--no-figures", o.no_figures, "no residual plots");
   command->add_flag("--thesis", o.thesis, "no experiment: the thesis's tables 4-1 and 4-2 by these estimators");
-  command->callback([options, &exit_code] { exit_code = run_identification(*options); });
+  add_identify_residual(*command, exit_code);
+  command->callback([options, command, &exit_code] {
+    if (command->get_subcommands().empty()) exit_code = run_identification(*options);
+  });
 }
 
 }  // namespace solenoid

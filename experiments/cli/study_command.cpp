@@ -11,6 +11,7 @@
 #include "experiments/systems/actuator/force_ratio/force_ratio.hpp"
 #include "experiments/systems/actuator/health/health_study.hpp"
 #include "experiments/systems/actuator/identify/coverage_study.hpp"
+#include "experiments/systems/actuator/identify/residual_study.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -122,6 +123,35 @@ void add_valve_health(CLI::App& study, int& exit_code) {
   add_jobs_option(*command, s.jobs);
   add_output_options(*command, options->output);
   command->callback([options, &exit_code] { exit_code = valve_health(*options); });
+}
+
+struct ResidualCommand {
+  ResidualStudySettings settings;
+  OutputOptions output;
+};
+
+int residual(ResidualCommand command) {
+  if (command.settings.jobs == 0)
+    command.settings.jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const InterruptGuard guard;
+  const ResidualStudy study = study_residual(
+      command.settings, [](const std::string& what) { fmt::print(stderr, "residual: {}\n", what); },
+      InterruptGuard::raised);
+  command.output.write(result_of(study), !study.interrupted);
+  return study.interrupted ? interrupted : study.failed > 0 ? failure : success;
+}
+
+void add_residual(CLI::App& study, int& exit_code) {
+  auto options = std::make_shared<ResidualCommand>();
+  ResidualStudySettings& s = options->settings;
+  CLI::App* command = study.add_subcommand(
+      "residual", "nine_robust without and with identified residuals, on plants nobody is told of");
+  command->add_option("--plants", s.plants, "of each of two motions, training plants and others; default 6")
+      ->check(CLI::Range(1, 100));
+  s.jobs = 0;
+  add_jobs_option(*command, s.jobs);
+  add_output_options(*command, options->output);
+  command->callback([options, &exit_code] { exit_code = residual(*options); });
 }
 
 struct SweepCommand {
@@ -253,6 +283,7 @@ void add_study(CLI::App& app, int& exit_code) {
   add_force_ratio(*study, exit_code);
   add_identification(*study, exit_code);
   add_valve_health(*study, exit_code);
+  add_residual(*study, exit_code);
 }
 
 }  // namespace solenoid

@@ -25,7 +25,7 @@ bool differ(double value, double expected) {
   return !(std::abs(value - expected) <= window_tolerance * std::max(1.0, std::abs(expected)));
 }
 
-/// The variant's table as the campaign has it, a file of parameters replaced by its content, with the sampling that it
+/// The variant's table as the campaign has it, files of tables replaced by their content, with the sampling that it
 /// had: a set has no scenarios to say one.
 std::string variant_toml(const Campaign& campaign, const VariantConfig& v) {
   toml::table table = *campaign.resolved->root()["variant"][v.name].as_table();
@@ -33,8 +33,9 @@ std::string variant_toml(const Campaign& campaign, const VariantConfig& v) {
   if (v.own_timing.tick_ms) timing.insert("tick_ms", *v.own_timing.tick_ms);
   if (v.own_timing.period_ms) timing.insert("period_ms", *v.own_timing.period_ms);
   if (!timing.empty()) table.insert_or_assign("timing", timing);
-  if (const auto file = table["model"].value<std::string>(); file && file->ends_with(".toml"))
-    table.insert_or_assign("model", toml::parse(campaign.resolved->linked(*file).value()));
+  for (auto&& [key, node] : toml::table(table))
+    if (const auto file = node.value<std::string>(); file && file->ends_with(".toml"))
+      table.insert_or_assign(key, toml::parse(campaign.resolved->linked(*file).value()));
   return toml_text(table);
 }
 

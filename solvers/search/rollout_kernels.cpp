@@ -23,7 +23,9 @@ const RolloutKernel<M>& compiled_kernel() {
 
 template std::vector<RolloutKernel<PneumaticActuator>> runnable_kernels<PneumaticActuator>();
 template std::vector<RolloutKernel<PrestabilisedActuator>> runnable_kernels<PrestabilisedActuator>();
+template std::vector<RolloutKernel<ResidualActuator>> runnable_kernels<ResidualActuator>();
 template const RolloutKernel<PneumaticActuator>& compiled_kernel<PneumaticActuator>();
 template const RolloutKernel<PrestabilisedActuator>& compiled_kernel<PrestabilisedActuator>();
+template const RolloutKernel<ResidualActuator>& compiled_kernel<ResidualActuator>();
 
 }  // namespace solenoid

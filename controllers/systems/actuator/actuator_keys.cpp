@@ -13,6 +13,9 @@ constexpr double longest_pulse_period_ticks = 200;
       [](VariantConfig& v) -> decltype((actuator(v).member)) { return actuator(v).member; })
 
 void add_motor(const KeyGroup& all) {
+  all.by_hand("residual", "none", "a file in .toml, a table",
+              "a force that the model leaves out, identified from logs, in prediction and estimator: "
+              "docs/how-to/residual.md");
   all.by_hand("use_estimate", "\"state\"", "state, payload, disturbance, payload_and_disturbance",
               "what of the estimate the prediction, and a motor law with inverse dynamics, uses");
   all.text(

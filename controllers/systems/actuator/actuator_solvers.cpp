@@ -18,7 +18,7 @@ void check_extended_cost(TableReader& table, const VariantConfig& v) {
                "three_mode, seven_mode)");
 }
 
-/// For both models.
+/// For both models on valves that switch.
 template <class GenericMake>
 SolverMakers made(GenericMake make) {
   return SolverMakers::of<PneumaticActuator, PrestabilisedActuator>(make);
@@ -32,7 +32,7 @@ SolverMakers made_for_all(GenericMake make) {
 }  // namespace
 
 std::vector<SolverRow> actuator_solvers() {
-  std::vector<SolverRow> rows = common_solvers<PneumaticActuator, PrestabilisedActuator>();
+  std::vector<SolverRow> rows = common_solvers<PneumaticActuator, PrestabilisedActuator, ResidualActuator>();
   rows.push_back(
       {.name = "extended_cost",
        .summary = "one mode tried after the other, every valve closed after the first block: docs/results/baselines.md",

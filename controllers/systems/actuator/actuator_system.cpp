@@ -53,6 +53,16 @@ void read_model(TableReader& table, ActuatorVariant& v) {
   }
 }
 
+/// A table, or a file of one; none is no residual.
+void read_residual(TableReader& table, ActuatorVariant& v) {
+  if (!table.has("residual")) return;
+  TableReader residual = table.is_table("residual") ? table.table("residual") : table.file_table("residual");
+  v.residual = read_force_residual(residual);
+  if (v.residual.empty())
+    table.fail("residual",
+               "neither velocity nor position explains anything (allowed: a residual of one or both, or no key)");
+}
+
 void read_use_of_estimate(TableReader& table, const EstimatorRow& row, ActuatorVariant& v) {
   const std::string use =
       table.text_or("use_estimate", "state", {"state", "payload", "disturbance", "payload_and_disturbance"});
@@ -104,6 +114,21 @@ ServoPair servo_pair(const VariantConfig& v) { return {actuator(v).nominal.servo
 void check_health(const TableReader& table, const VariantConfig& v) {
   if (!actuator(v).valve_health) return;
   if (const std::string why = why_no_valve_health(v); !why.empty()) table.fail("valve_health", why);
+}
+
+/// A residual is for what predicts with it.
+void check_residual(const TableReader& table, const VariantConfig& v) {
+  if (!has_residual(v)) return;
+  const SolverRow* row = find_row(system_of(v).solvers(), v.solver);
+  if (on_servo_valves(v) || !row || !row->make.make(typeid(ResidualActuator), v))
+    table.fail("residual",
+               fmt::format("'{}' on '{}' does not predict with one (allowed: with branch_and_bound and the others "
+                           "that choose modes of valves that switch)",
+                           v.solver, v.modes));
+  if (actuator(v).motor == "inverse_dynamics")
+    table.fail("residual",
+               "the motor's law 'inverse_dynamics' knows nothing of it (allowed motors: none, pd, "
+               "in_prediction, joint)");
 }
 
 template <HybridModel Model>
@@ -177,6 +202,7 @@ auto with_model(const VariantConfig& v, const Use& use) {
   if (on_servo_valves(v))
     return predicts_motor(v) ? use(static_cast<PrestabilisedServo*>(nullptr))
                              : use(static_cast<ServoActuator*>(nullptr));
+  if (has_residual(v)) return use(static_cast<ResidualActuator*>(nullptr));
   return predicts_motor(v) ? use(static_cast<PrestabilisedActuator*>(nullptr))
                            : use(static_cast<PneumaticActuator*>(nullptr));
 }
@@ -205,6 +231,7 @@ class ActuatorSystem final : public System {
     const EstimatorRow& row = estimator_row(v.estimator);
     actuator(v).estimation = row.tuning;
     read_model(table, actuator(v));
+    read_residual(table, actuator(v));
     read_use_of_estimate(table, row, actuator(v));
   }
   void check(TableReader& table, const VariantConfig& v) const override {
@@ -212,6 +239,7 @@ class ActuatorSystem final : public System {
     check_servo(table, v);
     check_joint(table, v);
     check_health(table, v);
+    check_residual(table, v);
   }
   /// The plane in which the arm moves; none leaves the parameters' own.
   void tell(VariantConfig& v, const std::string& setting) const override {
@@ -240,7 +268,9 @@ class ActuatorSystem final : public System {
     return *with_model(v, []<class M>(M*) { return &model_tools<M>(); });
   }
   Estimator own_estimator(const VariantConfig& v) const override {
-    Estimator slide = make_estimator(v.estimator, make_model<PneumaticActuator>(v), actuator(v).estimation);
+    EstimatorTuning tuning = actuator(v).estimation;
+    tuning.residual = actuator(v).residual;
+    Estimator slide = make_estimator(v.estimator, make_model<PneumaticActuator>(v), tuning);
     if (!on_servo_valves(v)) return slide;
     return Estimator(ServoEstimator(std::move(slide), servo_pair(v)));
   }

@@ -55,6 +55,8 @@ bool predicts_motor(const VariantConfig& v) {
 
 bool on_servo_valves(const VariantConfig& v) { return v.modes == servo_valves; }
 
+bool has_residual(const VariantConfig& v) { return !actuator(v).residual.empty(); }
+
 std::string why_no_valve_health(const VariantConfig& v) {
   if (on_servo_valves(v)) return fmt::format("'{}' has no coils (allowed: with valves that switch)", v.modes);
   constexpr const char* allowed =

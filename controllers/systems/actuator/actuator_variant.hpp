@@ -8,6 +8,7 @@
 #include "controllers/systems/actuator/servo_inputs.hpp"
 #include "controllers/variant.hpp"
 #include "core/systems/actuator/parameters.hpp"
+#include "core/systems/actuator/residual_actuator.hpp"
 
 #include <concepts>
 #include <string>
@@ -20,6 +21,7 @@ namespace solenoid {
 struct ActuatorVariant {
   std::string model = "consistent";  ///< a parameter set's name, or a file of parameters
   ActuatorParameters nominal;        ///< `model`, read
+  ForceResidual residual;            ///< beside the model's equations, in prediction and estimator; or none
   EstimatorTuning estimation;        ///< of the estimator's name, with what the variant overrides
   UseEstimate use_estimate;          ///< in the prediction and in inverse dynamics; the state always is
   std::string motor = "none";
@@ -52,6 +54,10 @@ bool predicts_motor(const VariantConfig& variant);
 /// law PrestabilisedServo.
 bool on_servo_valves(const VariantConfig& variant);
 
+/// Whether a force that its model leaves out was identified: the model is then ResidualActuator, with or without the motor's
+/// law.
+bool has_residual(const VariantConfig& variant);
+
 /// Why a variant cannot do without a coil that fails, with what could; empty: it can.
 std::string why_no_valve_health(const VariantConfig& variant);
 
@@ -62,6 +68,9 @@ Model make_model(const VariantConfig& v) {
     return Model(actuator(v).nominal, actuator(v).motor_gains, v.timing.tick_s);
   else if constexpr (std::same_as<Model, ServoActuator>)
     return Model(actuator(v).nominal, v.timing.tick_s);
+  else if constexpr (std::same_as<Model, ResidualActuator>)
+    return Model(actuator(v).nominal, predicts_motor(v) ? actuator(v).motor_gains : MotorGains{0.0, 0.0},
+                 actuator(v).residual);
   else if constexpr (HasFeedback<Model>)
     return Model(actuator(v).nominal, actuator(v).motor_gains);
   else

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "controllers/compiled_solvers.hpp"
+#include "core/systems/actuator/residual_actuator.hpp"
 #include "core/systems/actuator/servo_actuator.hpp"
 
 #include <concepts>
@@ -16,6 +17,10 @@ concept ActuatorModel = HybridModel<M> && std::derived_from<M, PneumaticActuator
 template <class M>
 concept ServoModel = ActuatorModel<M> && std::derived_from<M, ServoActuator>;
 
+/// One with an identified residual.
+template <class M>
+concept ResidualModel = ActuatorModel<M> && std::derived_from<M, ResidualActuator>;
+
 /// Of the mode sets whose valves have one degree of freedom each: of four coils, three_way and three_mode; SQP also of
 /// two_way.
 template <ActuatorModel M>
@@ -27,6 +32,12 @@ struct RelaxedSizes<M> {
 template <ServoModel M>
 struct RelaxedSizes<M> {
   using Sqp = std::tuple<SqpSize<0, 0>>;
+  using Ipopt = std::tuple<>;
+};
+/// None: a residual has kinks at its knots, and what searches modes needs no derivative of it.
+template <ResidualModel M>
+struct RelaxedSizes<M> {
+  using Sqp = std::tuple<>;
   using Ipopt = std::tuple<>;
 };
 

@@ -9,5 +9,8 @@ RolloutKernel<PneumaticActuator> avx2(Of<PneumaticActuator>) {
 RolloutKernel<PrestabilisedActuator> avx2(Of<PrestabilisedActuator>) {
   return make_rollout_kernel<PrestabilisedActuator, xsimd::avx2>("avx2");
 }
+RolloutKernel<ResidualActuator> avx2(Of<ResidualActuator>) {
+  return make_rollout_kernel<ResidualActuator, xsimd::avx2>("avx2");
+}
 
 }  // namespace solenoid::kernels

@@ -9,5 +9,8 @@ RolloutKernel<PneumaticActuator> avx512(Of<PneumaticActuator>) {
 RolloutKernel<PrestabilisedActuator> avx512(Of<PrestabilisedActuator>) {
   return make_rollout_kernel<PrestabilisedActuator, xsimd::avx512f, xsimd::avx2>("avx512");
 }
+RolloutKernel<ResidualActuator> avx512(Of<ResidualActuator>) {
+  return make_rollout_kernel<ResidualActuator, xsimd::avx512f, xsimd::avx2>("avx512");
+}
 
 }  // namespace solenoid::kernels

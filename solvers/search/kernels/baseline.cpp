@@ -9,5 +9,8 @@ RolloutKernel<PneumaticActuator> baseline(Of<PneumaticActuator>) {
 RolloutKernel<PrestabilisedActuator> baseline(Of<PrestabilisedActuator>) {
   return make_rollout_kernel<PrestabilisedActuator, xsimd::sse2>("baseline");
 }
+RolloutKernel<ResidualActuator> baseline(Of<ResidualActuator>) {
+  return make_rollout_kernel<ResidualActuator, xsimd::sse2>("baseline");
+}
 
 }  // namespace solenoid::kernels

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/systems/actuator/prestabilised.hpp"
+#include "core/systems/actuator/residual_actuator.hpp"
 #include "solvers/search/rollout_kernel.hpp"
 
 namespace solenoid::kernels {
@@ -15,5 +15,8 @@ RolloutKernel<PneumaticActuator> avx512(Of<PneumaticActuator>);
 RolloutKernel<PrestabilisedActuator> baseline(Of<PrestabilisedActuator>);
 RolloutKernel<PrestabilisedActuator> avx2(Of<PrestabilisedActuator>);
 RolloutKernel<PrestabilisedActuator> avx512(Of<PrestabilisedActuator>);
+RolloutKernel<ResidualActuator> baseline(Of<ResidualActuator>);
+RolloutKernel<ResidualActuator> avx2(Of<ResidualActuator>);
+RolloutKernel<ResidualActuator> avx512(Of<ResidualActuator>);
 
 }  // namespace solenoid::kernels

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/systems/actuator/dynamics.hpp"
+#include "core/systems/actuator/force_residual.hpp"
 
 namespace solenoid {
 
@@ -15,9 +16,11 @@ enum LoadedIndex : std::size_t { disturbance = 4, payload = 5, flow_factor = 6, 
 /// continuous  motor force [N]
 /// output      z = (y, Pa, Pb): what the sensors see, before their filters
 ///
-///     (y, v, Pa, Pb)+ = PneumaticActuator::step_under(conditions(m, d, r)) with openings times q
+///     (y, v, Pa, Pb)+ = PneumaticActuator::step_under(conditions(m, d + g(y, v), r)) with openings times q
 ///     d+ = (1 - dt/tau_d) d     m+ = m     q+ - 1 = (1 - dt/tau_q)(q - 1)     r+ - 1 = (1 - dt/tau_r)(r - 1)
 ///                                                                                        [estimators.md, section 1]
+///
+/// g is a residual that was identified (residual.md), none unless it is given: d is of what g leaves.
 class LoadedActuator {
  public:
   static constexpr std::size_t state_size = 8, switched_size = 4, continuous_size = 1, output_size = 3;
@@ -29,7 +32,8 @@ class LoadedActuator {
   };
 
   /// The payload of `model` is ignored: the state has its own.
-  LoadedActuator(const PneumaticActuator& model, const Memory& memory) : model_(model), memory_(memory) {}
+  LoadedActuator(const PneumaticActuator& model, const Memory& memory, const ForceResidual& residual = {})
+      : model_(model), memory_(memory), residual_(residual) {}
 
   const PneumaticActuator& actuator() const { return model_; }
 
@@ -37,8 +41,10 @@ class LoadedActuator {
   Vector<S, 8> step(const Vector<S, 8>& x, const Vector<S, 4>& opening, const Vector<S, 1>& motor, double dt) const {
     const Vector<S, 4> scaled = {S(opening[0] * x[flow_factor]), S(opening[1] * x[flow_factor]),
                                  S(opening[2] * x[flow_factor]), S(opening[3] * x[flow_factor])};
+    S external = x[disturbance];
+    if (!residual_.empty()) external = external + residual_.force<S>(x[position], x[velocity]);
     const auto own = model_.step_under<S>({x[position], x[velocity], x[pressure_a], x[pressure_b]}, scaled, motor, dt,
-                                          model_.conditions<S>(x[payload], x[disturbance], x[friction_factor]));
+                                          model_.conditions<S>(x[payload], external, x[friction_factor]));
     return {own[position],
             own[velocity],
             own[pressure_a],
@@ -57,6 +63,7 @@ class LoadedActuator {
  private:
   PneumaticActuator model_;
   Memory memory_;
+  ForceResidual residual_;
 };
 
 }  // namespace solenoid

@@ -37,7 +37,7 @@ double renewed(double memory_s, double tick_s) {
 }  // namespace
 
 SensedModel::SensedModel(const PneumaticActuator& model, const EstimatorTuning& t)
-    : model_(model, t.memory),
+    : model_(model, t.memory, t.residual),
       tuning_(t),
       lag_(t.pressure_filter_hz > 0 ? t.pressure_filter_hz : 50.0, tuning_.tick_s),
       position_variance_(t.position_variance()),

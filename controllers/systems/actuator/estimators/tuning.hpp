@@ -28,6 +28,7 @@ struct EstimatorTuning {
   double pressure_drift_pa = 5e3;  ///< [Pa / s^0.5]
   double force_white_n = 0.3;      ///< unmodelled force of one tick
   LoadedActuator::Memory memory;
+  ForceResidual residual;  ///< the part of it that the state explains; no key of `estimation`
 
   // Moving horizon.
   int window_ticks = 25;
