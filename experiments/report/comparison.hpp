@@ -8,11 +8,12 @@
 
 namespace solenoid {
 
-/// A campaign's result: the ranked summary and, with `details`, every run below its scenario, each system by itself. What
-/// is in the columns is the system's description's. Where there are several variants, their paired comparison with `baseline`,
-/// the best ranked if it is empty: a table unless all have one task alone and no baseline is named, and data in any case.
-/// JSON: `{"runs": [...], "paired": [...]}`, an object a system with its name and what Against::json has; CSV: this
-/// comparison where a baseline is named; of the runs it is to_csv's. Throws ConfigError for a baseline without runs.
+/// A campaign's result: the ranked summary and, with `details`, every run below its scenario, each system by itself.
+/// What is in the columns is the system's description's. Where there are several variants, their paired comparison with
+/// `baseline`, the best ranked if it is empty: a table unless all have one task alone and no baseline is named, and
+/// data in any case. JSON: `{"runs": [...], "paired": [...]}`, an object a system with its name and what Against::json
+/// has; CSV: this comparison where a baseline is named; of the runs it is to_csv's. Throws ConfigError for a baseline
+/// without runs.
 Result result_of(std::span<const RunRecord> records, bool details, const std::string& baseline = "");
 /// The same of as many runs as one likes: without their list, which JSON would have.
 Result result_of(const RunTable& runs, const std::string& baseline = "");

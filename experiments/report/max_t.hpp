@@ -6,21 +6,22 @@
 
 namespace solenoid {
 
-/// Several means, each of values that belong to it alone or to units that all have in common, and how far each may lie from
-/// what it estimates: the studentised bootstrap, "bootstrap-t" (B. Efron, R. J. Tibshirani: An Introduction to the
-/// Bootstrap, 1993, section 12.5), and over several means its largest |t|, which holds for all of them together (J. P. Romano,
-/// M. Wolf: Exact and Approximate Stepdown Methods for Multiple Hypothesis Testing, JASA 100, 2005, single step).
+/// Several means, each of values that belong to it alone or to units that all have in common, and how far each may lie
+/// from what it estimates: the studentised bootstrap, "bootstrap-t" (B. Efron, R. J. Tibshirani: An Introduction to the
+/// Bootstrap, 1993, section 12.5), and over several means its largest |t|, which holds for all of them together (J. P.
+/// Romano, M. Wolf: Exact and Approximate Stepdown Methods for Multiple Hypothesis Testing, JASA 100, 2005, single
+/// step).
 ///
-///     k values x of a mean, that of their draws x*     t* = (mean(x*) - mean(x)) / s(x*),  s(x)^2 = sum (x - mean)^2 / (k (k - 1))
-///     interval of a mean                               mean(x) -+ c s(x), where |t*| <= c in 95 % of the resamples
-///     intervals of several                             the same with the largest |t*| of each resample
+///     k values x, k draws x* of them   t* = (mean(x*) - mean(x)) / s(x*),  s(x)^2 = sum (x - mean(x))^2 / (k (k - 1))
+///     interval of a mean               mean(x) -+ c s(x), where |t*| <= c in 95 % of the resamples
+///     intervals of several             the same with the largest |t*| of each resample
 ///
 /// Why not percentiles or BCa: of means of few values these are too short (of 400 samples of ten normal values the 95 %
 /// interval had the mean in 89 % and 88 %, this one in 94 %), and only what is studentised can be compared over several
 /// means, so that intervals, p-values and verdicts are one.
 ///
-/// Means of the same number of values are drawn together, value by value, which keeps what they have in common; the order of
-/// values is to be the same in each. The same values give the same numbers, in whatever order means come.
+/// Means of the same number of values are drawn together, value by value, which keeps what they have in common; the
+/// order of values is to be the same in each. The same means in the same order have the same numbers.
 class MaxT {
  public:
   static constexpr std::size_t resamples = 10'000;

@@ -21,8 +21,8 @@ struct Paired {
   std::size_t lost = 0, baseline_lost = 0;  ///< tasks that both ran: where the variant, the baseline did not end well
   double ratio = 0;                         ///< of the geometric means of their errors; NaN without a task
   double better = 0;  ///< share of the tasks where the variant's error is less; equal ones are halves
-  /// Intervals of the ratio at 95 %: by itself; and corrected, so that all of a family hold at once. None from fewer than
-  /// MaxT::least_values scenarios, or where the ratio is the same in all of them.
+  /// Intervals of the ratio at 95 %: by itself; and corrected, so that all of a family hold at once. None from fewer
+  /// than MaxT::least_values scenarios, or where the ratio is the same in all of them.
   std::optional<Interval> own = {}, corrected = {};
   std::optional<double> p = {};  ///< of no difference, two-sided, corrected
   std::optional<Verdict> verdict =
@@ -35,17 +35,17 @@ struct PairedFamily {
   std::size_t comparisons = 0;  ///< those that have an interval
 };
 
-/// Every variant of a table against every other, paired by tasks. The logarithms of the ratios of the judged errors have a
-/// mean over tasks, whose interval comes from resampling scenarios (MaxT), so that seeds of one stay together; of a single
-/// scenario its seeds are resampled, and what is found holds for it alone. Of more than most_units scenarios as many groups
-/// of them are, alike in size and drawn by their names: their sums have the same spread.
+/// Every variant of a table against every other, paired by tasks. The logarithms of the ratios of the judged errors
+/// have a mean over tasks, whose interval comes from resampling scenarios (MaxT), so that seeds of one stay together;
+/// of a single scenario its seeds are resampled, and what is found holds for it alone. Of more than most_units
+/// scenarios as many groups of them are, alike in size and drawn by their names: their sums have the same spread.
 ///
-/// A baseline that was chosen before the errors were seen is one of a family of V - 1 comparisons. One that the errors chose,
-/// as the best ranked is, or that a reader chooses from a page, has had V (V - 1) / 2 chances: the family is all pairs, and
-/// the correction is larger.
+/// A baseline that was chosen before the errors were seen is one of a family of V - 1 comparisons. One that the errors
+/// chose, as the best ranked is, or that a reader chooses from a page, has had V (V - 1) / 2 chances: the family is all
+/// pairs, and the correction is larger.
 ///
-/// With the baseline in the variant's place: 1 / ratio, the mirrored intervals, the same p. The order of runs and of variants
-/// changes nothing.
+/// With the baseline in the variant's place: 1 / ratio, the mirrored intervals, the same p. The order of runs and of
+/// variants changes nothing.
 class PairedVariants {
  public:
   static constexpr std::size_t most_units = 500;

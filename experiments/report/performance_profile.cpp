@@ -53,7 +53,7 @@ void draw_profiles(const RunTable& runs, const std::string& path, FigureFormat f
   if (std::ranges::all_of(profiles, [](const PerformanceProfile& p) { return p.ok == 0; }))
     throw ConfigError("no run ended well, nothing to draw");
   const MetricHeading judged = metric_heading(judged_metric(runs.system()));
-  // At least half an octave, so that there is an axis where all are alike; below three, powers of two are too few ticks.
+  // At least half an octave, so that there is an axis where all are alike; of three, powers of two are too few ticks.
   const double end = std::max(std::sqrt(2.0), 1.02 * most);
   Plot plot{.width = 900,
             .height = 560,

@@ -128,8 +128,8 @@ bool pairs_fit(const RunTable& table) {
   return ensembles * table.variants().size() * table.variants().size() <= most_pairs;
 }
 
-/// Over everything, then over each ensemble and each single scenario, if there is more than one. `ended`: an interval that is
-/// looked at while runs come in is none at 95 %, so before that nothing is compared in pairs.
+/// Over everything, then over each ensemble and each single scenario, if there is more than one. `ended`: an interval
+/// that is looked at while runs come in is none at 95 %, so before that nothing is compared in pairs.
 Json rankings_json(const RunTable& table, const std::vector<StoredRun>& listed, bool ended) {
   Json all = Json::array();
   std::map<std::string, Json> by_group;

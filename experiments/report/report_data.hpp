@@ -23,8 +23,8 @@ namespace solenoid {
 ///                solves: {first, counts, late}, and from 20 runs that ended well on distribution: {ok, runs, errors};
 ///                if ranked JUDGED, MARGIN, P95, WORST, each effort, solve_p50_us, solve_p99_us}], paired}] over all
 ///                scenarios first, then over each ensemble and each scenario outside of one; `scenarios`: those of `runs`;
-///                paired: Against::json with the best ranked as baseline, of several variants when the campaign has ended,
-///                over all and, where they are not too many, over each ensemble;
+///                paired: Against::json with the best ranked as baseline, of several variants when the campaign has
+///                ended, over all and, where they are not too many, over each ensemble;
 ///                solves and distribution: of all runs of the variant there, ErrorDistribution by at most 201 numbers,
 ///                fewer or none over single scenarios where these are many
 ///   runs         [{id, trace, everything `compare --format json` prints of the run, and where it is known
