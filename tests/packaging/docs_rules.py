@@ -123,6 +123,8 @@ RULES = [
     Rule(r"emulator (--campaign \S+ --scenario \S+)", "waits for a controller until Ctrl-C", r"emulator \1 --port FREE_PORT",
          until=r"127\.0\.0\.1"),
     Rule(r"identify --log bench\.(?:csv|mcap) .*", "a log of the reader's", "identify --help"),
+    Rule(r"identify residual learned/.*", "the logs are of runs that are cut short here", "identify residual --help"),
+    Rule(r"study residual", "24 plants", "study residual --plants 1"),
     Rule(r"study identification.*", "minutes: test_experiments has six seeds", "study identification --help"),
     Rule(r"study valve-health.*", "thousands of runs",
          "study valve-health --plants 1 --healthy-hours 0.001 --valves health_two_way"),
