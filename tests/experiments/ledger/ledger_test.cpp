@@ -32,9 +32,9 @@ TEST(Ledger, ChainHoldsOnRecordedStates) {
   for (const LedgerState& state : ledger[0].states) {
     EXPECT_EQ(state.of(LedgerMethod::branch_and_bound).cost, state.bound);
     EXPECT_EQ(state.of(LedgerMethod::exhaustive).cost, state.bound);
-    for (const LedgerMethod plan : {LedgerMethod::held, LedgerMethod::sum_up, LedgerMethod::cia,
-                                    LedgerMethod::sum_up_improved, LedgerMethod::cia_improved,
-                                    LedgerMethod::cross_entropy_100us, LedgerMethod::mppi_2ms})
+    for (const LedgerMethod plan :
+         {LedgerMethod::held, LedgerMethod::sum_up, LedgerMethod::cia, LedgerMethod::sum_up_improved,
+          LedgerMethod::cia_improved, LedgerMethod::cross_entropy_100us, LedgerMethod::mppi_2ms})
       EXPECT_GE(state.of(plan).cost, state.bound) << to_string(plan);
     EXPECT_LE(state.of(LedgerMethod::sum_up_improved).cost, state.of(LedgerMethod::sum_up).cost);
     below += state.of(LedgerMethod::relaxed).cost < state.bound;
