@@ -34,6 +34,20 @@ Modulation modulation_of(const VariantConfig& v) {
   return Modulation::pulse_width;
 }
 
+void check_taught_tree(TableReader& table, const VariantConfig& v) {
+  check_tree(table, v);
+  check_network(table, v);
+}
+
+void check_taught(TableReader& table, const VariantConfig& v) {
+  check_tree(table, v);
+  if (v.learned.network.empty())
+    table.fail("learned", fmt::format("'{}' has no network (allowed: {{ network = \"...\" }}, a shipped one's name or "
+                                      "a file NAME.toml)",
+                                      v.solver));
+  check_network(table, v);
+}
+
 void check_pulses(TableReader& table, const VariantConfig& v) {
   double longest_s = 0.0;
   const ModeSet modes = system_of(v).modes(v);

@@ -2,6 +2,7 @@
 
 #include "controllers/catalogue.hpp"
 #include "controllers/compiled_solvers.hpp"
+#include "controllers/networks.hpp"
 #include "solvers/rounding/relax_and_pulse.hpp"
 
 #include <memory>
@@ -12,6 +13,10 @@ namespace solenoid {
 
 /// Refuses more blocks than a tree search has room for.
 void check_tree(TableReader& table, const VariantConfig& variant);
+/// Refuses that too, and a network that does not fit.
+void check_taught_tree(TableReader& table, const VariantConfig& variant);
+/// Refuses that too, and a variant without a network.
+void check_taught(TableReader& table, const VariantConfig& variant);
 
 /// How a variant has its problem relaxed.
 inline ProjectedGradientSettings relaxation_of(const VariantConfig& v) {
@@ -68,10 +73,26 @@ std::vector<SolverRow> common_solvers() {
                   .check = check_tree});
   rows.push_back({.name = "branch_and_bound",
                   .summary = "the same optimum, pruned by bounds: docs/results/search.md",
-                  .groups = {"planning", "limits"},
-                  .make = SolverMakers::of<Models...>(
-                      []<HybridModel M>(const VariantConfig&) { return make_tree_search<M>(true); }),
-                  .check = check_tree});
+                  .groups = {"planning", "limits", "learned"},
+                  .make = SolverMakers::of<Models...>([]<HybridModel M>(const VariantConfig& v) {
+                    return make_tree_search<M>(true,
+                                               v.learned.network.empty() ? nullptr : find_network(v.learned.network));
+                  }),
+                  .check = check_taught_tree});
+  rows.push_back({.name = "policy",
+                  .summary = "a network proposes sequences, their prediction chooses: docs/how-to/learning.md",
+                  .groups = {"planning", "limits", "learned"},
+                  .make = SolverMakers::of<Models...>([]<HybridModel M>(const VariantConfig& v) {
+                    return make_policy<M>(find_network(v.learned.network));
+                  }),
+                  .check = check_taught});
+  rows.push_back({.name = "learned_tail",
+                  .summary = "the first blocks searched, a network says what the others cost: docs/how-to/learning.md",
+                  .groups = {"planning", "limits", "learned", "learned_tail"},
+                  .make = SolverMakers::of<Models...>([]<HybridModel M>(const VariantConfig& v) {
+                    return make_tail_search<M>(find_network(v.learned.network), v.learned.searched_blocks);
+                  }),
+                  .check = check_taught});
   rows.push_back({.name = "sum_up_rounding",
                   .summary = "relaxed, rounded by summing up, improved by mode swaps: docs/results/rounding.md",
                   .chooses_continuous = true,

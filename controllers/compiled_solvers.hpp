@@ -6,7 +6,9 @@
 #include "solvers/rounding/relax_and_round.hpp"
 #include "solvers/sampling/sampling_settings.hpp"
 
+#include <cstddef>
 #include <memory>
+#include <span>
 #include <string>
 #include <tuple>
 
@@ -17,9 +19,18 @@ namespace solenoid {
 template <HybridModel M>
 using RelaxedPtr = std::unique_ptr<RelaxedSolver<M>>;
 
-/// Branch and bound, or without pruning every sequence.
+class Mlp;
+
+/// Branch and bound, with what the network, if there is one, proposes among its incumbents; or without pruning every
+/// sequence.
 template <HybridModel M>
-SolverPtr<M> make_tree_search(bool prune);
+SolverPtr<M> make_tree_search(bool prune, std::shared_ptr<const Mlp> proposing = nullptr);
+/// A network proposes sequences, their prediction chooses.
+template <HybridModel M>
+SolverPtr<M> make_policy(std::shared_ptr<const Mlp> network);
+/// The first blocks are searched, the network says what the others cost.
+template <HybridModel M>
+SolverPtr<M> make_tail_search(std::shared_ptr<const Mlp> network, int searched_blocks);
 /// Relaxes and rounds.
 template <HybridModel M>
 SolverPtr<M> make_rounding(const ProjectedGradientSettings& relaxation, const RelaxAndRoundSettings& rounding);
@@ -60,6 +71,20 @@ class RelaxedBound {
   virtual SolveReport solve(const AnyProblem& problem, const AnyPlan& start) = 0;
 };
 
+/// What networks are told of problems of one shape (solvers/learned/problem_features.hpp).
+class AnyFeatures {
+ public:
+  virtual ~AnyFeatures() = default;
+  /// How many there are.
+  virtual std::size_t size() const = 0;
+  /// What they are of, as a network of modes keeps it.
+  virtual std::string layout() const = 0;
+  /// The same with the weights of the cost, as a network of costs keeps it.
+  virtual std::string cost_layout() const = 0;
+  /// shapes   into: size()
+  virtual void write(const AnyProblem& problem, std::span<float> into) const noexcept = 0;
+};
+
 /// What of a model is asked by whoever knows its problems as AnyProblem alone.
 class ModelTools {
  public:
@@ -71,6 +96,11 @@ class ModelTools {
                                 const RelaxAndRoundSettings& rounding) const = 0;
   /// For problems of this shape.
   virtual std::unique_ptr<RelaxedBound> relaxed_bound(const AnyProblem& shape) const = 0;
+  /// For problems of this shape.
+  virtual std::unique_ptr<AnyFeatures> features(const AnyProblem& shape) const = 0;
+  /// Makes `rest`, a problem over the last blocks of `problem`, begin where the plan's blocks before those lead. Returns what
+  /// they cost; infinity where they break a limit.
+  virtual double follow(const AnyProblem& problem, const AnyPlan& plan, AnyProblem& rest) const noexcept = 0;
 };
 /// Those of a model.
 template <HybridModel M>

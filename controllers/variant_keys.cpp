@@ -1,5 +1,6 @@
 #include "controllers/variant_keys.hpp"
 
+#include "controllers/networks.hpp"
 #include "controllers/systems.hpp"
 
 #include <algorithm>
@@ -148,6 +149,13 @@ void add_planning(const KeyGroup& all, const KeyGroup& rounding, const KeyGroup&
   all.add("integral.limit_" + unit_in_keys(unit), VariantKey::At<double>(AT(integral.limit_m)), Range::positive(), unit,
           "bound of the offset");
 }
+
+void add_learned(const KeyGroup& learned, const KeyGroup& tail) {
+  learned.network("learned.network", VariantKey::At<std::string>(AT(learned.network)),
+                  "what was taught (docs/how-to/learning.md): scores of modes, or what the blocks left cost");
+  tail.add("learned.searched_blocks", VariantKey::At<int>(AT(learned.searched_blocks)), Range::between(1, 31), "",
+           "of the horizon that are searched before the learned cost of the others");
+}
 #undef AT
 
 /// "cost", "switching" of "cost.switching"; no table above a key of the variant itself.
@@ -170,7 +178,10 @@ struct ReadKey {
   void operator()(const VariantKey::At<double>& at) const { at(v) = table.number_or(name, at(v), key.range); }
   void operator()(const VariantKey::At<int>& at) const { at(v) = table.integer_or(name, at(v), low(), high()); }
   void operator()(const VariantKey::At<bool>& at) const { at(v) = table.boolean_or(name, at(v)); }
-  void operator()(const VariantKey::At<std::string>& at) const { at(v) = table.text_or(name, at(v), key.choices); }
+  void operator()(const VariantKey::At<std::string>& at) const {
+    at(v) = table.text_or(name, at(v), key.choices);
+    if (key.names_network && is_network_file(at(v))) at(v) = table.file(name).path;
+  }
   void operator()(const VariantKey::At<std::vector<int>>& at) const {
     if (table.has(name)) at(v) = table.integers(name, low(), high());
   }
@@ -211,6 +222,7 @@ struct AllowedText {
   std::string operator()(const VariantKey::At<int>&) const { return whole("a whole number"); }
   std::string operator()(const VariantKey::At<std::vector<int>>&) const { return whole("a list of whole numbers"); }
   std::string operator()(const VariantKey::At<std::string>&) const {
+    if (key.names_network) return "a shipped one's name, a file in .toml";
     return key.choices.empty() ? "a text" : fmt::format("{}", fmt::join(key.choices, ", "));
   }
   std::string operator()(const auto&) const { return key.range.text(); }
@@ -242,6 +254,10 @@ void KeyGroup::text(const std::string& path, VariantKey::Member at, std::vector<
                     const std::string& meaning) const {
   keys.push_back({path, group, std::move(at), {}, "", meaning, std::move(choices)});
 }
+void KeyGroup::network(const std::string& path, VariantKey::Member at, const std::string& meaning) const {
+  keys.push_back({path, group, std::move(at), {}, "", meaning});
+  keys.back().names_network = true;
+}
 void KeyGroup::by_hand(const std::string& path, const std::string& fallback, const std::string& allowed,
                        const std::string& meaning) const {
   keys.push_back({path, group, {}, {}, "", meaning, {}, fallback, allowed});
@@ -260,6 +276,7 @@ std::vector<VariantKey> common_keys(const SystemDescription& system, const std::
   add_minlp({keys, "minlp"});
   add_modulation({keys, "modulation"});
   add_limits({keys, "limits"}, system);
+  add_learned({keys, "learned"}, {keys, "learned_tail"});
   return keys;
 }
 

@@ -29,6 +29,7 @@ struct VariantKey {
   std::string meaning;
   std::vector<std::string> choices{};                ///< of a text; empty: any
   std::string by_hand_default{}, by_hand_allowed{};  ///< of keys without a member
+  bool names_network = false;                        ///< of a text: a file is kept by its whole path (networks.hpp)
 
   /// What a variant has there; nothing for keys without a member and limits that are not set.
   Value value(const VariantConfig& variant) const;
@@ -50,6 +51,8 @@ struct KeyGroup {
   /// A text, one of the choices if there are any.
   void text(const std::string& path, VariantKey::Member at, std::vector<std::string> choices,
             const std::string& meaning) const;
+  /// A network, by name or file.
+  void network(const std::string& path, VariantKey::Member at, const std::string& meaning) const;
   /// What the system reads by hand: default and what is allowed as the documentation has them.
   void by_hand(const std::string& path, const std::string& fallback, const std::string& allowed,
                const std::string& meaning) const;

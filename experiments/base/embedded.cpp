@@ -1,5 +1,6 @@
 #include "experiments/base/embedded.hpp"
 
+#include "controllers/networks.hpp"
 #include "core/config/reader.hpp"
 
 #include <map>
@@ -21,6 +22,12 @@ Embedded& embedded() {
   static Embedded all;
   return all;
 }
+
+/// Networks are text that only controllers read.
+std::string_view network_text(std::string_view name) {
+  return embedded_text("networks/" + std::string(name) + ".toml");
+}
+[[maybe_unused]] const bool told_of_networks = (ship_networks(network_text), true);
 
 }  // namespace
 

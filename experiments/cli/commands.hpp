@@ -39,6 +39,7 @@ void add_faults(CLI::App& app, int& exit_code);
 void add_chaos(CLI::App& app, int& exit_code);
 void add_soak(CLI::App& app, int& exit_code);
 void add_tune(CLI::App& app, int& exit_code);
+void add_learn(CLI::App& app, int& exit_code);
 void add_identify(CLI::App& app, int& exit_code);
 void add_identify_residual(CLI::App& identify, int& exit_code);
 void add_size(CLI::App& app, int& exit_code);

@@ -98,6 +98,7 @@ int run(int argc, char** argv) {
   add_chaos(app, exit_code);
   add_soak(app, exit_code);
   add_tune(app, exit_code);
+  add_learn(app, exit_code);
   add_identify(app, exit_code);
   add_size(app, exit_code);
   add_new(app, exit_code);

@@ -4,14 +4,17 @@
 #include "core/mpc/solver.hpp"
 #include "solvers/search/leaf_modes.hpp"
 #include "solvers/search/node_bounds.hpp"
+#include "solvers/search/proposer.hpp"
 #include "solvers/search/switch_changes.hpp"
 #include "solvers/search/tree_work.hpp"
 
 #include <array>
 #include <bit>
 #include <cmath>
+#include <memory>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -36,8 +39,13 @@ struct TreeSearchSettings {
 template <HybridModel M>
 class BranchAndBound final : public Solver<M> {
  public:
-  explicit BranchAndBound(const TreeSearchSettings& settings = {}, const RolloutKernel<M>& kernel = rollout_kernel<M>())
-      : settings_(settings), kernel_(kernel), bounds_(kernel, settings.enclosure_steps) {}
+  /// What `proposer`, if there is one, thinks best is one more incumbent to start from.
+  explicit BranchAndBound(const TreeSearchSettings& settings = {}, const RolloutKernel<M>& kernel = rollout_kernel<M>(),
+                          std::unique_ptr<Proposer<M>> proposer = nullptr)
+      : settings_(settings),
+        kernel_(kernel),
+        proposer_(std::move(proposer)),
+        bounds_(kernel, settings.enclosure_steps) {}
 
   void prepare(const Problem<M>& problem) override {
     const std::size_t blocks = problem.horizon.blocks.size();
@@ -60,6 +68,7 @@ class BranchAndBound final : public Solver<M> {
     std::exclusive_scan(problem.horizon.blocks.begin(), problem.horizon.blocks.end(), first_step_.begin(), 0);
     changes_.prepare(problem.modes);
     leaf_modes_.prepare(problem.modes, timing_);
+    if (proposer_) proposer_->prepare(problem);
     prepare_settled(problem);
   }
 
@@ -92,7 +101,7 @@ class BranchAndBound final : public Solver<M> {
     TreeShape tree{.register_width = kernel_.width,
                    .lanes = max_lanes,
                    .first_lanes = first_dive,
-                   .incumbents = settings_.prune ? most_incumbents(shape.modes) : 0,
+                   .incumbents = settings_.prune ? with_proposal(most_incumbents(shape.modes)) : 0,
                    .block_steps = blocks,
                    .bound_steps = std::vector<int>(blocks.size())};
     const SwitchTiming timing(shape.modes, shape.horizon.dt_s);
@@ -149,8 +158,14 @@ class BranchAndBound final : public Solver<M> {
   static constexpr int least_incumbents = 2;
   static int most_incumbents(const ModeSet& modes) noexcept { return std::min(2 + 2 * modes.size(), max_lanes); }
 
+  /// So many incumbents and, if there is a proposer, its own, in the last's place where there is no room.
+  int with_proposal(int incumbents) const noexcept {
+    return proposer_ ? std::min(incumbents + 1, max_lanes) : incumbents;
+  }
+
   int incumbent_mode(const Problem<M>& problem, const Plan<M>& plan, int incumbent, std::size_t b) const noexcept {
     const int modes = problem.modes.size(), warm = std::clamp(plan.modes[b], 0, modes - 1);
+    if (incumbent == proposed_) return proposal_[b];
     if (incumbent == 0) return warm;
     if (incumbent == 1) return hold_ >= 0 ? hold_ : warm;
     const int held = std::min(modes, max_lanes - least_incumbents);  // of more modes some, evenly
@@ -160,12 +175,16 @@ class BranchAndBound final : public Solver<M> {
 
   /// Incumbents to start from: the warm start, and holding the command in force. Under a near deadline the first dive
   /// may come too late: then also, if it has not passed, holding each mode, and each mode before the rest of the warm
-  /// start, as many as there are lanes.
+  /// start, as many as there are lanes. Behind them what the proposer thinks best.
   void adopt_incumbents(const Problem<M>& problem, const Plan<M>& plan, Deadline deadline) noexcept {
     const double left_s = deadline.seconds_left();
     const bool pressed = left_s > 0 && left_s < pressing_s;
-    const int candidates =
-        settings_.prune && (pressed || !leaves_out_) ? most_incumbents(problem.modes) : least_incumbents;
+    int candidates = settings_.prune && (pressed || !leaves_out_) ? most_incumbents(problem.modes) : least_incumbents;
+    proposed_ = -1;
+    if (settings_.prune && proposer_ && proposer_->propose(problem, std::span(&proposal_, 1)) > 0) {
+      candidates = with_proposal(candidates);
+      proposed_ = candidates - 1;
+    }
     for (int i = 0; i < candidates; ++i) {
       incumbents_[static_cast<std::size_t>(i)] = Node{};
       incumbents_[static_cast<std::size_t>(i)].state = problem.initial;
@@ -423,6 +442,9 @@ class BranchAndBound final : public Solver<M> {
   bool leaves_out_ = true;  // what pruning may; see do_most_work()
   PhaseTimes* phases_ = nullptr;
   RolloutKernel<M> kernel_;
+  std::unique_ptr<Proposer<M>> proposer_;
+  ModeSequence proposal_{};
+  int proposed_ = -1;  // which of the incumbents it is
   SwitchTiming timing_;
   LaneInputBuilder<M> builder_;
   LaneInputs<M> inputs_;

@@ -23,7 +23,7 @@ endif()
 # What serves every system must not know one: no include from core/systems or controllers/systems, and none of their words.
 set(generic)
 foreach(folder core/mpc core/rt core/system core/reference core/signal core/metrics core/safety core/config controllers
-               controllers/instances controllers/ladder controllers/estimators experiments/campaign experiments/ledger
+               controllers/instances controllers/ladder controllers/estimators experiments/campaign experiments/learn experiments/ledger
                experiments/plants experiments/profile experiments/report experiments/report/live experiments/rig/log
                experiments/tune)
   file(GLOB files ${ROOT}/${folder}/*.hpp ${ROOT}/${folder}/*.cpp)
