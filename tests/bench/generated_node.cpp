@@ -4,6 +4,7 @@
 #include "generated_fishing.hpp"
 #include "generated_room.hpp"
 #include "solvers/search/branch_and_bound.hpp"
+#include "tests/bench/timing.hpp"
 #include "tests/support/lotka_volterra.hpp"
 
 #include <algorithm>
@@ -14,7 +15,6 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <sched.h>
 
 namespace solenoid::test {
 namespace {
@@ -137,10 +137,7 @@ Problem<M> posed(M model, const ModeSet& modes, double dt, const std::vector<int
 int main() {
   using namespace solenoid;
   using namespace solenoid::test;
-  cpu_set_t one;
-  CPU_ZERO(&one);
-  CPU_SET(0, &one);
-  sched_setaffinity(0, sizeof one, &one);
+  solenoid::bench::pin_to_core(0);
   const std::vector<int> blocks = {1, 1, 2, 2, 4, 4, 6, 8, 12};
   const auto between = [](auto& random, double low, double high) {
     return std::uniform_real_distribution(low, high)(random);

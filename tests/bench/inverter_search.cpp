@@ -4,6 +4,7 @@
 #include "core/metrics/metrics.hpp"
 #include "core/mpc/rollout.hpp"
 #include "solvers/search/branch_and_bound.hpp"
+#include "tests/bench/timing.hpp"
 #include "tests/support/inverter_problems.hpp"
 #include "tests/support/sphere_decoder.hpp"
 
@@ -12,7 +13,6 @@
 #include <cstdlib>
 
 #include <fmt/format.h>
-#include <sched.h>
 
 namespace solenoid::test {
 namespace {
@@ -131,10 +131,7 @@ double weight_for(int steps, double switching_hz) {
 int main(int argc, char** argv) {
   using namespace solenoid;
   using namespace solenoid::test;
-  cpu_set_t one;
-  CPU_ZERO(&one);
-  CPU_SET(0, &one);
-  sched_setaffinity(0, sizeof one, &one);
+  solenoid::bench::pin_to_core(0);
   const int longest = argc > 1 ? std::atoi(argv[1]) : 10;
   fmt::print("kernel {}, {} lanes a register\n", rollout_kernel<InverterLoad>().architecture,
              rollout_kernel<InverterLoad>().width);

@@ -7,12 +7,12 @@
 #include "core/metrics/metrics.hpp"
 #include "experiments/profile/profiling.hpp"
 #include "solvers/sampling/mode_sampling.hpp"
+#include "tests/bench/timing.hpp"
 
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
-#include <sched.h>
 
 namespace solenoid {
 namespace {
@@ -54,10 +54,7 @@ void measure(const InstanceSet& set, const VariantInstances& variant, const Mode
 
 int main() {
   using namespace solenoid;
-  cpu_set_t one;
-  CPU_ZERO(&one);
-  CPU_SET(1, &one);
-  sched_setaffinity(0, sizeof one, &one);
+  solenoid::bench::pin_to_core(1);
   const InstanceSet set = instances_from("");
   for (const VariantInstances& variant : set.variants) {
     if (variant.name != "nine_robust" && variant.name != "nine_state_4") continue;

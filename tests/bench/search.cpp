@@ -3,10 +3,10 @@
 #include "core/metrics/metrics.hpp"
 #include "solvers/search/exhaustive.hpp"
 #include "solvers/search/rollout_kernels.hpp"
+#include "tests/bench/timing.hpp"
 #include "tests/support/recorded_problems.hpp"
 
 #include <fmt/format.h>
-#include <sched.h>
 
 namespace solenoid::test {
 namespace {
@@ -142,10 +142,7 @@ void deadline_overrun(double budget_us) {
 int main() {
   using namespace solenoid;
   using namespace solenoid::test;
-  cpu_set_t one;
-  CPU_ZERO(&one);
-  CPU_SET(1, &one);
-  sched_setaffinity(0, sizeof one, &one);
+  solenoid::bench::pin_to_core(1);
   fmt::print("kernel: {}, {} doubles a register\n", rollout_kernel<PneumaticActuator>().architecture,
              rollout_kernel<PneumaticActuator>().width);
   kernel_steps();

@@ -3,13 +3,13 @@
 // many sequences there are.
 #include "core/metrics/metrics.hpp"
 #include "solvers/search/rollout_kernels.hpp"
+#include "tests/bench/timing.hpp"
 #include "tests/support/recorded_problems.hpp"
 
 #include <cmath>
 #include <cstdlib>
 
 #include <fmt/format.h>
-#include <sched.h>
 
 namespace solenoid::test {
 namespace {
@@ -73,10 +73,7 @@ void banks(const char* model) {
 
 int main() {
   using namespace solenoid;
-  cpu_set_t one;
-  CPU_ZERO(&one);
-  CPU_SET(1, &one);
-  sched_setaffinity(0, sizeof one, &one);
+  solenoid::bench::pin_to_core(1);
   test::banks<PrestabilisedActuator>("hybrid");
   test::banks<PneumaticActuator>("cylinder");
 }

@@ -7,6 +7,7 @@
 #include "core/systems/actuator/signals.hpp"
 #include "core/systems/actuator/valves.hpp"
 #include "solvers/search/exhaustive.hpp"
+#include "tests/support/law_scene.hpp"
 #include "tests/support/variant_text.hpp"
 
 #include <bit>
@@ -18,23 +19,7 @@
 namespace solenoid {
 namespace {
 
-/// A law's surroundings: a horizontal slide without friction, a state, and a reference that can move.
-struct Scene {
-  Scene() {
-    ActuatorParameters p;
-    p.plane = Plane::horizontal;
-    p.static_friction_n = p.coulomb_friction_n = p.viscous_friction = 0.0;
-    model = PneumaticActuator(p);
-  }
-  LawInput at(std::int64_t tick) const {
-    const double time_s = 1e-3 * static_cast<double>(tick);
-    return {tick, time_s, reference, reference.at(time_s).axis[0], state, motor_n, model};
-  }
-  PneumaticActuator model;
-  RestartableReference reference{Trajectory(0.05)};
-  ActuatorState state{0.05, 0.0, 101325.0, 101325.0};  // at rest, no pressure force
-  double motor_n = 0.0;
-};
+using Scene = test::LawScene;
 
 PulseWidthSettings silent() {
   PulseWidthSettings s;

@@ -6,6 +6,7 @@
 #include "controllers/systems/actuator/laws/seven_mode_sliding.hpp"
 #include "core/systems/actuator/servo_actuator.hpp"
 #include "core/systems/actuator/valves.hpp"
+#include "tests/support/law_scene.hpp"
 #include "tests/support/variant_text.hpp"
 
 #include <gmock/gmock.h>
@@ -18,23 +19,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-/// A law's surroundings: a horizontal slide without friction at rest, no pressure force, and a reference that can move.
-struct LawScene {
-  LawScene() {
-    ActuatorParameters p;
-    p.plane = Plane::horizontal;
-    p.static_friction_n = p.coulomb_friction_n = p.viscous_friction = 0.0;
-    model = PneumaticActuator(p);
-  }
-  LawInput at(std::int64_t tick) const {
-    const double time_s = 1e-3 * static_cast<double>(tick);
-    return {tick, time_s, reference, reference.at(time_s).axis[0], state, motor_n, model};
-  }
-  PneumaticActuator model;
-  RestartableReference reference{Trajectory(0.05)};
-  ActuatorState state{0.05, 0.0, 101325.0, 101325.0};
-  double motor_n = 0.0;
-};
+using test::LawScene;
 
 std::vector<double> openings(const ModeSet& modes, SwitchPattern pattern) {
   const auto point = modes.point(pattern);
