@@ -125,6 +125,7 @@ std::optional<Against> against(const RunTable& runs, const Ranking& ranking, con
   const bool named = !baseline.empty();
   if (named && std::ranges::count(ranking.variants, baseline, &RankedVariant::variant) == 0) {
     std::vector<std::string> known;
+    known.reserve(ranked.size());
     for (const std::uint32_t v : ranked) known.push_back(names[v]);
     throw ConfigError(fmt::format("baseline '{}' is not known (allowed: {})", baseline, fmt::join(known, ", ")));
   }

@@ -298,7 +298,7 @@ class Ledgers(InAFolder):
         self.assertEqual(untimed(found.json), untimed(said))
         self.assertEqual(found.violations, [])
         entries = found.entries
-        self.assertEqual(len(entries), 4 * 8)
+        self.assertEqual(len(entries), 4 * 14)
         exact = entries[entries["method"] == "branch_and_bound"]
         self.assertEqual(list(exact["cost"]),
                          [one["cost"]["branch_and_bound"] for one in said["variants"][0]["instances"]])

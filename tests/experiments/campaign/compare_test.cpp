@@ -52,7 +52,8 @@ TEST(Compare, JsonIsOneObjectWithTheNamesOfTheDesign) {
   const ProgramRun ended = run_program(folder, "compare c.toml --out o --format json");
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
   const json result = json::parse(ended.out);
-  ASSERT_EQ(result.size(), 1u);
+  ASSERT_EQ(result.size(), 2u);
+  ASSERT_TRUE(result.contains("paired"));
   ASSERT_EQ(result.at("runs").size(), 8u);
   const std::vector<std::string> numbers = {"payload_kg",
                                             "seed",

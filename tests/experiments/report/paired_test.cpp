@@ -82,6 +82,7 @@ TEST(MaxT, OfManyNormalValuesIsTheStudentisedRangeAndDunnetts) {
 TEST(MaxT, OfOneMeanIsThatMeansAndIndependentMeansAreSidaks) {
   std::mt19937_64 random(4);
   std::vector<Values> means;
+  means.reserve(20);
   for (int i = 0; i < 20; ++i) means.push_back(less_mean(normal_values(random, 400)));
   const MaxT found(means);
   const std::vector<std::size_t> one = {11};
@@ -92,6 +93,7 @@ TEST(MaxT, OfOneMeanIsThatMeansAndIndependentMeansAreSidaks) {
 TEST(MaxT, AnIntervalExcludesWhatItsPValueDoes) {
   std::mt19937_64 random(5);
   std::vector<Values> means;
+  means.reserve(8);
   for (int i = 0; i < 8; ++i) means.push_back(less_mean(normal_values(random, 12)));
   const MaxT::Family family = MaxT(means).family(all_of(8));
   double last = 1.0;
