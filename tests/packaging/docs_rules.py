@@ -95,6 +95,8 @@ RULES = [
     Rule(r"compare robustness(?: --live)", "the page is served until Ctrl-C", r"compare rig --scenario cycloidal --variant thesis_pd --live",
          codes=(0, 130), until=r"page stays"),
     Rule(r"compare robustness(?: \[.*)?", "200 plants, minutes", r"compare rig --scenario cycloidal --variant thesis_pd,nine_robust"),
+    Rule(r"compare robustness (--against \S+)", "200 plants, minutes",
+         r"compare rig --scenario cycloidal --variant thesis_pd,nine_robust \1"),
     Rule(r"compare robustness (--variant \S+)", "200 plants, minutes", r"compare rig --scenario cycloidal \1"),
     Rule(r"compare hard\.toml.*", "100 plants and more", r"compare hard.toml --scenario training_sine"),
     Rule(r"compare (--variant \S*cia\S*)", "eight scenario seconds of slow solvers", r"compare campaign.toml \1"),
