@@ -3,6 +3,7 @@
 #include "controllers/factory.hpp"
 #include "controllers/systems.hpp"
 #include "core/config/reader.hpp"
+#include "core/config/whole_file.hpp"
 
 #include <map>
 #include <mutex>
@@ -45,6 +46,13 @@ bool is_network_file(std::string_view network) { return network.ends_with(".toml
 void take_in_network(const std::string& path, const std::string& text) {
   const std::lock_guard lock(networks().mutex);
   take_in(networks(), path, text);
+}
+
+void take_in_network_file(const std::string& network) {
+  if (!is_network_file(network)) return;
+  const std::optional<std::string> text = read_whole_file(network, file_size::configuration);
+  if (!text) throw ConfigError(fmt::format("{} cannot be read (allowed: a network's file)", network));
+  take_in_network(network, *text);
 }
 
 std::shared_ptr<const Mlp> find_network(const std::string& network) {

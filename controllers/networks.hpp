@@ -25,6 +25,9 @@ bool is_network_file(std::string_view network);
 /// is no network.
 void take_in_network(const std::string& path, const std::string& text);
 
+/// The same of what a command line names: reads the file; a name that is no file's is left alone. Throws ConfigError.
+void take_in_network_file(const std::string& network);
+
 /// A network that was taken in or is shipped. Throws ConfigError, naming what is allowed.
 std::shared_ptr<const Mlp> find_network(const std::string& network);
 

@@ -1,3 +1,4 @@
+#include "controllers/networks.hpp"
 #include "experiments/base/interrupt.hpp"
 #include "experiments/base/result.hpp"
 #include "experiments/cli/commands.hpp"
@@ -20,11 +21,13 @@ struct LedgerCommand {
   LedgerOptions options;
   std::string instances;
   OutputOptions output;
-  std::vector<std::string> variants = {"nine_state", "nine_state_4"};
+  std::vector<std::string> variants = {"nine_state", "nine_state_4", "nine_robust"};
 };
 
 int ledger(LedgerCommand command) {
   const InterruptGuard guard;
+  take_in_network_file(command.options.policy_network);
+  take_in_network_file(command.options.cost_network);
   InstanceSet set = instances_from(command.instances);
   select_variants(command.variants, set);
   const bool terminal = isatty(STDERR_FILENO) != 0;
@@ -51,7 +54,9 @@ void add_ledger(CLI::App& app, int& exit_code) {
       app.add_subcommand("ledger", "optimality gaps of every kind of solver on the same recorded problems");
   command->add_option("--instances", options->instances, "this file of problems; default: the shipped ones")
       ->type_name(value_kind::file);
-  command->add_option("--variant", options->variants, "problems of these variants; default nine_state,nine_state_4")
+  command
+      ->add_option("--variant", options->variants,
+                   "problems of these variants; default nine_state,nine_state_4,nine_robust")
       ->type_name(value_kind::variant)
       ->delimiter(',');
   command->add_option("--states", options->options.states, "recorded states a variant; default 200")
@@ -60,6 +65,14 @@ void add_ledger(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0, 100000));
   command->add_option("--bonmin-limit-s", options->options.bonmin_limit_s, "its time on each; default 5")
       ->check(CLI::Range(1e-3, 86400.0));
+  command
+      ->add_option("--policy", options->options.policy_network,
+                   "network that proposes modes, where it fits a variant; a shipped one or a file; default nine_policy")
+      ->type_name(value_kind::file);
+  command
+      ->add_option("--cost", options->options.cost_network,
+                   "network that says what the blocks behind the first two cost; default nine_tail")
+      ->type_name(value_kind::file);
   add_output_options(*command, options->output);
   command->callback([options, &exit_code] { exit_code = ledger(*options); });
 }

@@ -83,9 +83,7 @@ class Judge {
 VariantConfig taught_by_file(VariantConfig v, const JudgeTask& task) {
   if (!is_network_file(task.network))
     throw ConfigError(fmt::format("--network: '{}' (allowed: a file NAME.toml)", task.network));
-  const auto text = read_whole_file(task.network, file_size::configuration);
-  if (!text) throw ConfigError(fmt::format("--network: {} cannot be read (allowed: a network's file)", task.network));
-  take_in_network(task.network, *text);
+  take_in_network_file(task.network);
   v.learned = {task.network, task.searched_blocks};
   v.solver = find_network(task.network)->data().kind == "cost" ? "learned_tail" : "policy";
   return v;

@@ -31,6 +31,9 @@ class Keeper {
     for (const Contender& c : contenders_) c.solver->prepare(*problem_);
     for (const RecordedMotion& motion : set.motions)
       problems_.push_back(system_of(variant.config).problem(told(variant.config, motion)));
+    add_learned(M::policy, "policy", options.policy_network);
+    add_learned(M::learned_tail, "learned_tail", options.cost_network);
+    add_learned(M::taught_search, "branch_and_bound", options.policy_network);
     prepare_bonmin(options.bonmin_states > 0);
   }
 
@@ -69,6 +72,18 @@ class Keeper {
     report = relaxed_->solve(problem, *best);
     entry(M::relaxed) = {report.status, true, report.cost, report.time_us};
     return state;
+  }
+
+  /// Where the network fits the variant's problems.
+  void add_learned(LedgerMethod method, const char* solver, const std::string& network) {
+    VariantConfig taught = variant_.config;
+    taught.learned.network = network;
+    Contender contender{method, solver_of(solver, taught)};
+    try {
+      contender.solver->prepare(*problem_);
+      contenders_.push_back(std::move(contender));
+    } catch (const std::invalid_argument&) {  // taught for others
+    }
   }
 
   /// It may be left out, and a mode set may be beyond its equations.
@@ -115,6 +130,8 @@ class Keeper {
     if (bb.status != Status::optimal) violated(fmt::format("branch and bound: {}", to_string(bb.status)));
     if (bb.cost != all.cost)
       violated(fmt::format("branch and bound {:.17g} is not exhaustive {:.17g}", bb.cost, all.cost));
+    if (const LedgerEntry& taught = state.of(M::taught_search); taught.tried && taught.cost != bb.cost)
+      violated(fmt::format("branch and bound {:.17g}, taught {:.17g}", bb.cost, taught.cost));
     if (relaxed.cost > bb.cost + allowance)
       violated(fmt::format("relaxed {:.17g} above branch and bound {:.17g}", relaxed.cost, bb.cost));
     ledger.relaxed_stationary += relaxed.status == Status::optimal;
@@ -203,6 +220,9 @@ const char* to_string(LedgerMethod method) {
                                                         "mppi_100us",
                                                         "mppi_500us",
                                                         "mppi_2ms",
+                                                        "policy",
+                                                        "learned_tail",
+                                                        "taught_search",
                                                         "branch_and_bound",
                                                         "exhaustive",
                                                         "bonmin",

@@ -25,13 +25,16 @@ enum class LedgerMethod : std::uint8_t {
   mppi_100us,
   mppi_500us,
   mppi_2ms,
+  policy,         ///< a network proposes; this and the next two where a network fits the variant
+  learned_tail,   ///< two blocks searched, the rest as a network has it
+  taught_search,  ///< branch and bound that has the policy's proposal for one more incumbent
   branch_and_bound,
   exhaustive,
   bonmin,  ///< on some of the states, where it is built in
   bonmin_outer_approximation,
   bonmin_feasibility_pump,
 };
-inline constexpr std::size_t ledger_methods = 17;
+inline constexpr std::size_t ledger_methods = 20;
 const char* to_string(LedgerMethod method);
 
 struct LedgerEntry {
@@ -71,6 +74,7 @@ struct LedgerOptions {
   std::size_t states = 200;        ///< a variant, spread evenly over its records
   std::size_t bonmin_states = 20;  ///< of these
   double bonmin_limit_s = 5.0;     ///< on each
+  std::string policy_network = "nine_policy", cost_network = "nine_tail";      ///< shipped ones, or files
   std::function<void(const std::string&, std::size_t, std::size_t)> progress;  ///< variant, states done, of
   std::function<bool()> stop;
 };

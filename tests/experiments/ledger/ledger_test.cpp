@@ -43,6 +43,24 @@ TEST(Ledger, ChainHoldsOnRecordedStates) {
   EXPECT_GT(below, 3);
 }
 
+TEST(Ledger, WhatIsLearnedIsThereWhereItsNetworkFits) {
+  LedgerOptions options;
+  options.states = 40;
+  options.bonmin_states = 0;
+  const auto ledger = keep_ledger(shipped("nine_robust"), options);
+  EXPECT_TRUE(ledger[0].violations.empty());
+  int optimal = 0;
+  for (const LedgerState& state : ledger[0].states) {
+    EXPECT_EQ(state.of(LedgerMethod::taught_search).cost, state.bound) << "the optimum, whatever is proposed";
+    for (const LedgerMethod plan : {LedgerMethod::policy, LedgerMethod::learned_tail}) {
+      EXPECT_TRUE(state.of(plan).tried);
+      EXPECT_GE(state.of(plan).cost, state.bound);
+    }
+    optimal += state.of(LedgerMethod::policy).cost == state.bound;
+  }
+  EXPECT_GE(optimal, 36);
+}
+
 TEST(Ledger, GapsAtABoundOfZeroAndListedViolations) {
   LedgerState state;
   state.bound = 0.0;
