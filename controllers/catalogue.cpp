@@ -45,12 +45,18 @@ void check_taught(TableReader& table, const VariantConfig& v) {
     table.fail("learned", fmt::format("'{}' has no network (allowed: {{ network = \"...\" }}, a shipped one's name or "
                                       "a file NAME.toml)",
                                       v.solver));
+  if (v.solver == "learned_tail" && v.learned.searched_blocks >= static_cast<int>(v.horizon.blocks.size()))
+    table.table("learned").fail(
+        "searched_blocks", fmt::format("{} of {} blocks leave none to a learned cost (allowed: fewer than the blocks)",
+                                       v.learned.searched_blocks, std::max<std::size_t>(1, v.horizon.blocks.size())));
   check_network(table, v);
 }
 
 void check_pulses(TableReader& table, const VariantConfig& v) {
   double longest_s = 0.0;
   const ModeSet modes = system_of(v).modes(v);
+  if (modes.switches().empty() && v.modulation != ModulationSettings())
+    table.fail("modulation", fmt::format("nothing switches in mode set '{}' (allowed: no such table)", v.modes));
   // Pulses are cut switch by switch: those of one group would have to lie within each other. The quantiser takes modes.
   if (!modes.one_at_a_time().empty() && modulation_of(v) != Modulation::dynamic_quantiser)
     table.fail("solver",

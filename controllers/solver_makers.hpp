@@ -31,6 +31,8 @@ class SolverMakers {
     return all;
   }
 
+  /// Whether there is one for a model.
+  bool makes(std::type_index model) const { return find(model) != nullptr || any_; }
   /// Null for a model that it cannot be made for.
   AnySolverPtr make(std::type_index model, const VariantConfig& variant) const {
     if (const Make* own = find(model)) return (*own)(variant);

@@ -23,6 +23,7 @@ class BestSequences {
   int find(std::span<const float> scores, std::size_t blocks, std::span<ModeSequence> into) noexcept {
     const std::size_t modes = scores.size() / blocks;
     k_ = std::min<std::size_t>(into.size(), most);
+    if (k_ == 0) return 0;
     std::size_t count = 1;
     sums_[0] = 0.0f;
     for (std::size_t b = 0; b < blocks; ++b) {

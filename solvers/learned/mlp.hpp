@@ -53,7 +53,8 @@ inline constexpr int labels = 4096;      ///< what outputs stand for
 ///
 ///     a_0 = inputs,   a_l = act(W_l a_(l-1) + b_l),   outputs = W_L a_(L-1) + b_L
 ///
-/// Sums run over the inputs in their order, without contraction: the same on every machine, whatever its registers.
+/// Sums run over the inputs in their order, without contraction: with rectifiers the same on every machine, whatever its
+/// registers; a hyperbolic tangent is the C library's.
 class Mlp {
  public:
   /// Throws std::invalid_argument, naming what does not fit together.

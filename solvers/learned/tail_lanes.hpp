@@ -44,10 +44,11 @@ class TailLanes {
 
   /// The first blocks for which their cost and rest(state, lines) sum up to the least, the best first, at most `kept`;
   /// ties as of every search. What costs more than report.cost is left out; none: all of it does. Work is added to the
-  /// report. No allocation.
+  /// report. Once the deadline has passed, which is looked at whenever the lanes are full, the best of what was tried.
+  /// No allocation.
   template <class Rest>
   std::span<const ModeSequence> search(const Problem<M>& problem, const Plan<M>& plan, SolveReport& report,
-                                       const Rest& rest) noexcept {
+                                       Deadline deadline, const Rest& rest) noexcept {
     found_ = 0;
     level_.assign(1, TreeNode<M>{});
     level_.front().state = problem.initial;
@@ -55,11 +56,14 @@ class TailLanes {
     int first_step = 0;
     for (std::size_t b = 0; b < searched_; first_step += problem.horizon.blocks[b++]) {
       std::fill_n(planned_.begin() + first_step, problem.horizon.blocks[b], plan.continuous[b]);
-      expand(problem, b, first_step, report, rest);
+      stopped_ = !expand(problem, b, first_step, report, deadline, rest);
+      if (stopped_) break;
       if (b + 1 < searched_) std::swap(level_, next_), std::swap(lines_, next_lines_);
     }
     return {best_.data(), found_};
   }
+  /// Whether the deadline came before the last search's end.
+  bool stopped() const noexcept { return stopped_; }
 
  private:
   /// What decides between leaves before their modes do: costs, then switch changes.
@@ -76,8 +80,9 @@ class TailLanes {
     return lines_[node];
   }
 
+  /// False if the deadline came first.
   template <class Rest>
-  void expand(const Problem<M>& problem, std::size_t b, int first_step, SolveReport& report,
+  bool expand(const Problem<M>& problem, std::size_t b, int first_step, SolveReport& report, Deadline deadline,
               const Rest& rest) noexcept {
     next_.clear();
     int flight = b == 0 ? problem.lines.settled_after() : 0;
@@ -88,11 +93,17 @@ class TailLanes {
       const DelayLines before = lines_of(problem, n, b);
       for (int mode = 0; mode < problem.modes.size(); ++mode) {
         if (!before.may_command(problem.modes.pattern(mode), timing_)) continue;
-        if (lanes_.count == max_lanes) finish(problem, b, first_step, report, rest), start(flight);
+        if (lanes_.count == max_lanes) {
+          if (deadline.passed()) return false;
+          finish(problem, b, first_step, report, rest);
+          start(flight);
+        }
         add(problem, n, before, mode);
       }
     }
+    if (deadline.passed()) return false;
     finish(problem, b, first_step, report, rest);
+    return true;
   }
 
   void start(int flight) noexcept {
@@ -162,6 +173,7 @@ class TailLanes {
   LaneInputs<M> inputs_;
   Lanes<M> lanes_;
   std::array<Source, max_lanes> source_{};
+  bool stopped_ = false;
   std::size_t searched_ = 1;
   std::vector<char> settled_;  // blocks before which all earlier commands are over
   std::vector<TreeNode<M>> level_, next_;

@@ -74,9 +74,8 @@ class NetworkTailCost final : public TailCost<M> {
 ///     5. the cheapest of all that was rolled out whole is the plan
 ///
 /// promise   the plan costs what evaluate() says, and no more than the warm start and holding; without an error in the
-///           cost of the blocks left, step 3 has the first blocks of an optimum; always about the same work; no
-///           allocation, lock or exception in solve
-/// status    feasible: what is left is not searched. The bound is 0.
+///           cost of the blocks left, step 3 has the first blocks of an optimum; no allocation, lock or exception in solve
+/// status    feasible: what is left is not searched; deadline_reached: nor all that should have been. The bound is 0.
 template <HybridModel M>
 class TailSearch final : public Solver<M> {
  public:
@@ -93,16 +92,19 @@ class TailSearch final : public Solver<M> {
       throw std::invalid_argument(fmt::format("{} of {} blocks cannot be searched before a rest (allowed: 1 to {})",
                                               searched_, blocks, blocks - 1));
     std::size_t nodes = 1;
-    for (std::size_t b = 0; b + 1 < searched_; ++b) nodes *= static_cast<std::size_t>(problem.modes.size());
-    if (nodes > most_nodes)
-      throw std::invalid_argument(
-          fmt::format("{} sequences before the last searched block are too many (allowed: {})", nodes, most_nodes));
+    for (std::size_t b = 0; b + 1 < searched_; ++b) {
+      nodes *= static_cast<std::size_t>(problem.modes.size());
+      if (nodes > most_nodes)
+        throw std::invalid_argument(
+            fmt::format("{} modes in {} searched blocks are too many (allowed: {} sequences before the last of them)",
+                        problem.modes.size(), searched_, most_nodes));
+    }
     whole_.prepare(problem);
     tree_.prepare(problem, searched_, nodes);
     rest_->prepare(problem, searched_);
   }
 
-  SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline /*deadline*/) noexcept override {
+  SolveReport solve(const Problem<M>& problem, Plan<M>& plan, Deadline deadline) noexcept override {
     const auto start = Deadline::Clock::now();
     report_ = SolveReport{};
     report_.bound = 0.0;
@@ -112,7 +114,9 @@ class TailSearch final : public Solver<M> {
     const auto leaf = [&](const StateOf<M>& state, const DelayLines& lines) {
       return rest_->cost(problem, state, lines);
     };
-    fill(problem, plan, tree_.search(problem, plan, report_, leaf));
+    const auto firsts = tree_.search(problem, plan, report_, deadline, leaf);
+    stopped_ = tree_.stopped();
+    fill(problem, plan, firsts, deadline);
     conclude(plan);
     report_.time_us = us_since(start);
     return report_;
@@ -130,13 +134,16 @@ class TailSearch final : public Solver<M> {
   }
 
   /// Fills the blocks behind the searched ones of each of these.
-  void fill(const Problem<M>& problem, const Plan<M>& plan, std::span<const ModeSequence> firsts) noexcept {
+  void fill(const Problem<M>& problem, const Plan<M>& plan, std::span<const ModeSequence> firsts,
+            Deadline deadline) noexcept {
     if (firsts.empty()) return;
     std::ranges::copy(firsts, firsts_.begin());
     const std::size_t blocks = plan.modes.size(), ways = static_cast<std::size_t>(max_lanes) / firsts.size();
     const int modes = std::min(problem.modes.size(), static_cast<int>(ways) - 2);
     const std::size_t tried = static_cast<std::size_t>(modes) + 2;
     for (std::size_t b = searched_; b < blocks; ++b) {
+      stopped_ = stopped_ || deadline.passed();
+      if (stopped_) return;
       for (std::size_t f = 0; f < firsts.size(); ++f)
         for (std::size_t way = 0; way < tried; ++way) {
           ModeSequence& s = sequences_[f * tried + way] = firsts_[f];
@@ -190,7 +197,10 @@ class TailSearch final : public Solver<M> {
   void conclude(Plan<M>& plan) noexcept {
     const bool found = std::isfinite(report_.cost);
     for (std::size_t b = 0; b < plan.modes.size(); ++b) plan.modes[b] = found ? best_[b] : std::max(0, hold_);
-    report_.status = found ? Status::feasible : failed_ ? Status::numerical_failure : Status::infeasible;
+    report_.status = stopped_  ? Status::deadline_reached
+                     : found   ? Status::feasible
+                     : failed_ ? Status::numerical_failure
+                               : Status::infeasible;
   }
 
   std::unique_ptr<TailCost<M>> rest_;
@@ -202,7 +212,7 @@ class TailSearch final : public Solver<M> {
   std::array<ModeSequence, TailLanes<M>::kept> firsts_{};
   ModeSequence warm_{}, best_{};
   SolveReport report_;
-  bool failed_ = false;
+  bool failed_ = false, stopped_ = false;
   int hold_ = -1;
 };
 

@@ -3,7 +3,10 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 #include <utility>
+
+#include <fmt/format.h>
 
 namespace solenoid {
 namespace {
@@ -13,6 +16,9 @@ constexpr int longest_degree = 8;  // what no switch has reached by then is not 
 }  // namespace
 
 void DynamicQuantiser::prepare(const ModeSet&, const SwitchTiming& timing, const RelaxedGrid& grid) {
+  if (plant_.states > max_switched)
+    throw std::invalid_argument(
+        fmt::format("dynamic quantiser: {} states (allowed: at most {})", plant_.states, max_switched));
   timing_ = timing;
   wanted_.prepare(timing, grid);
   xi_.assign(plant_.states, 0.0);

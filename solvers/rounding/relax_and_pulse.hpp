@@ -35,9 +35,10 @@ struct RelaxAndPulseSettings {
 /// relaxation asks for it again, and the modulator adds it. Informed, the relaxation begins with what the modulator is
 /// about to make up for and plans the rest: in the linearised plant x+ = A x + B b with s owed and t the sum of it,
 ///
-///     x0 + B s + (A - I) B t
+///     x0 + B s + (A - I) B (t - s)
 ///
-/// on-times d_k with sum d_k = s, and for a modulator of second order sum k d_k = -t, as they end in the state.
+/// on-times d_k of the steps k = 0, 1, .. with sum d_k = s, and for a modulator of second order sum k d_k = -t, as they
+/// end in the state: sum A^(-1-k) B d_k to first order in A - I.
 ///
 /// shapes    problem.horizon: blocks of one step each
 /// status    that of the relaxation where its plan can be used, but feasible for optimal: pulses prove nothing
@@ -53,7 +54,7 @@ class RelaxAndPulse final : public Solver<M> {
 
   void prepare(const Problem<M>& problem) override {
     for (const int length : problem.horizon.blocks)
-      if (length != 1) throw std::invalid_argument("pulse width: every block of the horizon has to be one step");
+      if (length != 1) throw std::invalid_argument("pulses: every block of the horizon has to be one step");
     const SwitchTiming timing(problem.modes, problem.horizon.dt_s);
     grid_ = control_grid(problem.horizon, 0, std::max(timing.longest_delay, settings_.interval));
     relaxed_->prepare(problem, grid_);
@@ -113,11 +114,11 @@ class RelaxAndPulse final : public Solver<M> {
     if (!ahead_) return problem;
     ahead_->copy_conditions(problem);
     linearise(problem, first_commanded(problem), relaxed_plan_.continuous.front(), plant_);
-    StateOf<M> first{}, second{};  // B s, B t
+    StateOf<M> first{}, second{};  // B s, B (t - s)
     for (std::size_t i = 0; i < M::state_size; ++i)
       for (std::size_t c = 0; c < plant_.switches; ++c) {
         first[i] += push(plant_, i, c) * begin_.owed[c];
-        second[i] += push(plant_, i, c) * begin_.owed_sum[c];
+        second[i] += push(plant_, i, c) * (begin_.owed_sum[c] - begin_.owed[c]);
       }
     for (std::size_t i = 0; i < M::state_size; ++i) {
       ahead_->initial[i] += first[i] - second[i];

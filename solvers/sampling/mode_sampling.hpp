@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <span>
 #include <vector>
@@ -99,7 +100,7 @@ class ModeSampling final : public Solver<M> {
   }
 
  private:
-  static constexpr int tries = 4;            // draws for a block before its mode is held
+  static constexpr int tries = 4;            // draws for a block, the first included, before its mode is held
   static constexpr int known_sequences = 2;  // the warm start and holding
 
   int updates() const noexcept { return std::clamp(settings_.iterations, 1, std::max(1, settings_.samples)); }
@@ -113,7 +114,7 @@ class ModeSampling final : public Solver<M> {
         neighbour_.push_back(modes.find(mode.pattern ^ (SwitchPattern{1} << c)));
   }
 
-  /// Draws differ from problem to problem, and are the same for the same one.
+  /// Draws differ from one initial state to another, and are the same for the same one.
   std::uint64_t seed_of(const Problem<M>& problem) const noexcept {
     std::uint64_t seed = mixed_bits(settings_.seed);
     for (const double x : problem.initial) seed = mixed_bits(seed ^ std::bit_cast<std::uint64_t>(x));
@@ -236,7 +237,8 @@ class ModeSampling final : public Solver<M> {
     for (int i = 0; i < count; ++i)
       if (const double cost = cost_[static_cast<std::size_t>(i)]; std::isfinite(cost))
         least = std::min(least, cost), sum += cost, ++finite;
-    const double spread = settings_.temperature * (sum / std::max(finite, 1) - least);
+    const double mean_above = std::max(sum / std::max(finite, 1) - least, 0.0);  // equal costs may sum up to less
+    const double spread = std::max(settings_.temperature * mean_above, std::numeric_limits<double>::min());
     for (int i = 0; i < count; ++i) {
       const double above = cost_[static_cast<std::size_t>(i)] - least;
       if (std::isfinite(above)) add(static_cast<std::uint32_t>(i), above > 0.0 ? std::exp(-above / spread) : 1.0);

@@ -21,7 +21,8 @@ class SequenceLanes {
   /// By this kernel.
   explicit SequenceLanes(const RolloutKernel<M>& kernel = rollout_kernel<M>()) : kernel_(kernel) {}
 
-  /// Sizes everything for problems with this mode set and horizon. Allocates; throws std::invalid_argument as SwitchTiming does.
+  /// Sizes everything for problems with this mode set and horizon. Allocates; throws std::invalid_argument as SwitchTiming
+  /// does.
   void prepare(const Problem<M>& problem) {
     const std::vector<int>& blocks = problem.horizon.blocks;
     timing_ = SwitchTiming(problem.modes, problem.horizon.dt_s);

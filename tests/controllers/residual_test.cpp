@@ -49,6 +49,8 @@ TEST(ResidualVariants, WhatDoesNotPredictWithOneIsRefused) {
   EXPECT_THAT(residual_refusal("valves = \"servo\"\nsolver = \"sqp\""), HasSubstr("residual"));
   EXPECT_THAT(residual_refusal("motor = \"inverse_dynamics\""),
               AllOf(HasSubstr("residual"), HasSubstr("in_prediction")));
+  // Whether there is a maker for the model is asked without making one: a network is not taken in yet.
+  EXPECT_THAT(residual_refusal("solver = \"policy\""), HasSubstr("key 'learned': 'policy' has no network"));
   EXPECT_THAT(test::refusal_of("residual = {}"), HasSubstr("explains anything"));
   EXPECT_THAT(test::refusal_of("residual = \"not_there.toml\""), HasSubstr("not_there.toml"));
 }

@@ -78,6 +78,9 @@ TEST(HatSum, RefusesWhatIsNoSuchFunction) {
   EXPECT_THROW(make({0.0, 1.0, 2.0}, {0.0, 1.0, 0.5}), std::invalid_argument);
   EXPECT_THROW(make({0.0, 1.0, 2.0}, {0.0, 1.0}), std::invalid_argument);
   EXPECT_THROW(make({0.0, std::nan(""), 2.0}, {0.0, 1.0, 0.0}), std::invalid_argument);
+  // Between these a slope is no number, or loses the values behind it to rounding.
+  EXPECT_THROW(make({-0.05, 0.0, 1e-320, 0.2}, {0.0, 0.0, 5.0, 0.0}), std::invalid_argument);
+  EXPECT_THROW(make({-0.1, 0.0, 1e-14, 0.1, 0.2}, {0.0, 0.0, 5.0, 2.0, 0.0}), std::invalid_argument);
   EXPECT_THROW(make(std::vector<double>(HatSum::most_knots + 1), std::vector<double>(HatSum::most_knots + 1)),
                std::invalid_argument);
 }

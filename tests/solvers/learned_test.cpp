@@ -302,8 +302,9 @@ TEST(TailSearch, WithTheTrueCostTheFirstBlocksAreThoseOfAnOptimum) {
     TailLanes<DoubleIntegrator> tree;
     tree.prepare(problem, 2, 9);
     SolveReport work;
-    const auto first = tree.search(
-        problem, best, work, [&](const auto& x, const DelayLines& lines) { return oracle.cost(problem, x, lines); });
+    const auto first = tree.search(problem, best, work, Deadline::never(), [&](const auto& x, const DelayLines& lines) {
+      return oracle.cost(problem, x, lines);
+    });
     ASSERT_EQ(!first.empty(), optimum.status == Status::optimal);
     if (first.empty()) continue;
     ++found;
@@ -339,6 +340,31 @@ TEST(TailSearch, IsNeverWorseThanWarmStartAndHoldingWhateverItIsTold) {
     if (usable(report.status)) {
       EXPECT_EQ(report.cost, evaluate(problem, plan).cost);
     }
+  }
+}
+
+TEST(TailSearch, StopsAtItsDeadlineWithThePlanItHas) {
+  std::mt19937_64 random(19);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Integrator problem = random_problem(random, trial, 4);
+    TailSearch<DoubleIntegrator> search(std::make_unique<LastBlock>(), 3);
+    search.prepare(problem);
+    IntegratorPlan plan(problem);
+    const double warm = cost_of(problem, plan.modes);
+    const SolveReport report = search.solve(problem, plan, Deadline(Deadline::Clock::now() - std::chrono::seconds(1)));
+    EXPECT_EQ(report.status, Status::deadline_reached);
+    EXPECT_LE(report.nodes, 8) << "the warm start and holding, four blocks each";
+    EXPECT_LE(report.cost, warm);
+  }
+}
+
+TEST(TailSearch, RefusesMoreSequencesThanItHasRoomForHoweverMany) {
+  // 3^64 would be another number in 64 bits, and 2^64 none.
+  for (const int blocks : {14, 22, 32}) {
+    const Integrator problem(DoubleIntegrator{}, bang_coast_bang(),
+                             {0.1, std::vector<int>(static_cast<std::size_t>(blocks), 1)}, {});
+    EXPECT_THROW(TailSearch<DoubleIntegrator>(std::make_unique<Oracle>(), blocks - 1).prepare(problem),
+                 std::invalid_argument);
   }
 }
 

@@ -72,8 +72,8 @@ TEST(DeltaSigma, ThroughDelaysTheMeanIsWhatIsWantedAndTheErrorHalfAPause) {
     const Modulated m = modulated(modulator, one_switch(0.004, 0.001), duty, steps, 5);
     double sum = 0.0;
     for (const double e : m.error) sum += e;
-    EXPECT_LE(std::abs(sum), 2.5) << duty;
-    EXPECT_LE(largest(m.owed), 2.5) << duty;
+    EXPECT_LE(std::abs(sum), 2.0) << duty;
+    EXPECT_LE(largest(m.owed), 2.0) << duty;
     PulseWidth pulses;
     EXPECT_LE(m.edges, modulated(pulses, one_switch(0.004, 0.001), duty, steps, 5).edges * 1.1) << duty;
   }
@@ -83,14 +83,18 @@ TEST(DeltaSigma, OfSecondOrderKeepsTheSumOfWhatIsOwedBounded) {
   // Both states of the loop in units of half a step, x1 and x2 of S. Hein, A. Zakhor, "On the stability of sigma delta
   // modulators", IEEE Transactions on Signal Processing 41 (1993) 2322-2348: for a constant input |u| < 1
   //     |x1| <= |u| + 2,    |x2| <= (5 - |u|)^2 / (8 (1 - |u|)),    owed_sum = x2 - sign(x2) there
+  int within = 0;
   for (const double duty : duties) {
     DeltaSigma modulator(2);
     const Modulated m = modulated(modulator, one_switch(), duty, 20000, 5);
     const double u = std::abs(2.0 * duty - 1.0);
     const double x2 = (5.0 - u) * (5.0 - u) / (8.0 * (1.0 - u));
     EXPECT_LE(largest(m.owed), 0.5 * (2.0 * u + 2.0)) << duty;
+    if (0.5 * (x2 - 1.0) > modulator.most().owed_sum[0]) continue;  // cut off before
     EXPECT_LE(largest(m.owed_sum), std::max(0.5, 0.5 * (x2 - 1.0)) + 1e-9) << duty;
+    ++within;
   }
+  EXPECT_GE(within, 4);
 }
 
 /// The mean power of the error over a band, 0 to `to` of the sampling frequency, each bin a direct sum under Hann's

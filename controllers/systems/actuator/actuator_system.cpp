@@ -120,7 +120,7 @@ void check_health(const TableReader& table, const VariantConfig& v) {
 void check_residual(const TableReader& table, const VariantConfig& v) {
   if (!has_residual(v)) return;
   const SolverRow* row = find_row(system_of(v).solvers(), v.solver);
-  if (on_servo_valves(v) || !row || !row->make.make(typeid(ResidualActuator), v))
+  if (on_servo_valves(v) || !row || !row->make.makes(typeid(ResidualActuator)))
     table.fail("residual",
                fmt::format("'{}' on '{}' does not predict with one (allowed: with branch_and_bound and the others "
                            "that choose modes of valves that switch)",

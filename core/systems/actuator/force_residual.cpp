@@ -58,6 +58,10 @@ HatSum::HatSum(std::span<const double> knots, std::span<const double> values) {
   }
   low_ = knots_[0];
   high_ = knots_[size_ - 1];
+  for (std::size_t i = 1; i + 1 < size_; ++i)
+    require(std::abs(at(knots_[i]) - values_[i]) <= rest_tolerance_n,
+            fmt::format("knots too close to tell forces apart, about {:g} (allowed: {:g} N to within rounding)",
+                        knots_[i], values_[i]));
 }
 
 ForceResidual read_force_residual(TableReader& table) {

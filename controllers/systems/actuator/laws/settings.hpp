@@ -30,7 +30,7 @@ struct SlidingSettings {
 
 /// Of SevenModeSliding, beside those of the surface.
 struct SevenModeSettings {
-  double full_above_m = 1e-4;       ///< beta: where both chambers act
+  double full_above_m = 3e-4;       ///< beta: where both chambers act
   double mean_pressure_pa = 1.2e5;  ///< p_m, absolute: filled up to, exhausted down to
   bool operator==(const SevenModeSettings&) const = default;
 };
