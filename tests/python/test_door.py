@@ -290,12 +290,25 @@ class Tuning(InAFolder):
         self.refused("colour", solenoid.tune, "nine_pd", {"colour": (0, 1)}, campaign=path, out=out)
 
 
+def without_samplers(ledger):
+    """What depends on no clock: samplers draw as long as they have time."""
+
+    def kept(name):
+        return not name.startswith(("cross_entropy", "mppi"))
+
+    for variant in ledger["variants"]:
+        variant["methods"] = [row for row in variant["methods"] if kept(row["name"])]
+        for state in variant["instances"]:
+            state["cost"] = {name: cost for name, cost in state["cost"].items() if kept(name)}
+    return ledger
+
+
 class Ledgers(InAFolder):
 
     def test_costs_are_the_command_lines(self):
         said = command_line("ledger", "--variant", "nine_state", "--states", 4, "--bonmin", 0)
         found = solenoid.ledger("nine_state", states=4, bonmin=0)
-        self.assertEqual(untimed(found.json), untimed(said))
+        self.assertEqual(without_samplers(untimed(found.json)), without_samplers(untimed(said)))
         self.assertEqual(found.violations, [])
         entries = found.entries
         self.assertEqual(len(entries), 4 * 14)
@@ -308,7 +321,7 @@ class Ledgers(InAFolder):
         recorded = solenoid.read_instances()["nine_state"]
         np.testing.assert_array_equal(exact["cost"], recorded.plan_costs[exact["record"]])
         ours = solenoid.ledger((), instances=recorded[::175], states=4, bonmin=0)
-        self.assertEqual(len(ours.entries), 4 * 8)
+        self.assertEqual(len(ours.entries), 4 * 14)
 
     def test_what_is_refused(self):
         self.refused("'nobody' has no instances", solenoid.ledger, "nobody")
