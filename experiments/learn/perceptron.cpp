@@ -190,7 +190,8 @@ Trained train(const Samples<float>& inputs, const Loss<float>& loss, const Sampl
   Adam<float> adam(network.parameters().size());
   Draws draws(settings.seed + 1);
   const auto rows = static_cast<std::size_t>(inputs.rows()), batch = static_cast<std::size_t>(settings.batch);
-  const double steps = static_cast<double>((rows + batch - 1) / batch) * settings.epochs;
+  const std::size_t batches = (rows + batch - 1) / batch;
+  const double steps = static_cast<double>(batches) * settings.epochs;
   double done = 0.0;
   Trained trained{network.layers(), {}, 0, false};
   Samples<float> some, by_outputs;

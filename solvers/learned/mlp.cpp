@@ -106,6 +106,7 @@ std::string list_text(const std::vector<T>& values) {
 template <class T>
 std::vector<T> column_of(const std::vector<MlpInput>& inputs, T MlpInput::*member) {
   std::vector<T> values;
+  values.reserve(inputs.size());
   for (const MlpInput& in : inputs) values.push_back(in.*member);
   return values;
 }

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <numeric>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
@@ -167,7 +168,7 @@ TEST(Learning, TheCommandTeachesBothKindsTheSameEachTimeAndTheProgramRunsThem) {
   const std::string common = " --campaign c.toml --states 100 --epochs 3 --hidden 8 --format json --out ";
   for (const std::string kind : {"policy", "cost"}) {
     for (const std::string out : {"a", "b"}) {
-      const test::ProgramRun run = run_program(folder, "learn " + kind + common + kind + out);
+      const test::ProgramRun run = run_program(folder, fmt::format("learn {0}{1}{0}{2}", kind, common, out));
       ASSERT_EQ(run.exit_code, 0) << run.err;
       EXPECT_EQ(nlohmann::json::parse(run.out)["kind"], kind);
     }
