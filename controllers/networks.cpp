@@ -39,7 +39,9 @@ std::shared_ptr<const Mlp> take_in(Networks& all, const std::string& name, const
 
 }  // namespace
 
-void ship_networks(std::string_view (*text_of)(std::string_view name)) noexcept { networks().shipped = text_of; }
+void ship_networks(std::string_view (*text_of)(std::string_view name)) noexcept {
+  if (!networks().shipped) networks().shipped = text_of;
+}
 
 bool is_network_file(std::string_view network) { return network.ends_with(".toml"); }
 

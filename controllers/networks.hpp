@@ -15,7 +15,7 @@ struct VariantConfig;
 /// variant takes in its file; solvers are made from what was taken in, wherever they are made.
 
 /// Who knows the texts of shipped networks by name, and nothing (an empty text) of others: a program's, told at its
-/// start.
+/// start. The first counts: a shared object that is loaded and unloaded later may have the same code and tell it again.
 void ship_networks(std::string_view (*text_of)(std::string_view name)) noexcept;
 
 /// Whether a variant's `learned.network` is a file and no shipped name.

@@ -78,7 +78,9 @@ class Checker:
                 if words and not re.match(r"COMMAND|-", words[0]) and words[0] not in docs_rules.SCRIPT:
                     self.problem(page, number, f"'{part.strip()}': no such command")
                 continue
-            command = tuple(words[:2]) if words[0] == "study" and len(words) > 1 else (words[0],)
+            command = (words[0],)
+            if len(words) > 1 and re.search(rf"^  {re.escape(words[1])} {{2,}}", self.help(command), re.M):
+                command = tuple(words[:2])
             known = set(re.findall(r"(?<![\w-])--?[a-zA-Z][\w-]*", self.help(command)))
             for option in re.findall(r"(?<![\w=.-])--[a-z][\w-]*", part):
                 if option not in known:
