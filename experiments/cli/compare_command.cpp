@@ -1,3 +1,4 @@
+#include "controllers/catalogue.hpp"
 #include "core/config/one_line.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/base/files.hpp"
@@ -143,16 +144,6 @@ void refuse_beside_parts(const CompareArguments& options) {
                                                    : "--against"));
 }
 
-/// Before a campaign that may take hours.
-void refuse_unknown_baseline(const Campaign& campaign, const std::string& baseline) {
-  if (baseline.empty()) return;
-  std::vector<std::string> names;
-  for (const VariantConfig& variant : campaign.variants) names.push_back(variant.name);
-  if (names.size() < 2) throw ConfigError("--against: one variant alone (allowed: with two or more)");
-  if (std::ranges::count(names, baseline) == 0)
-    throw ConfigError(fmt::format("--against: '{}' is not compared (allowed: {})", baseline, fmt::join(names, ", ")));
-}
-
 int compare(CompareArguments options, bool traces_chosen) {
   options.run.traces = TraceKeeping::of(options.traces);
   if (!options.slurm.wanted) options.run.shard = shard_of(options);
@@ -162,7 +153,7 @@ int compare(CompareArguments options, bool traces_chosen) {
   options.selection.leaves_out = true;
   const Campaign campaign = read_campaign(options.campaign, options.selection);
   tell_left_out(campaign.without);
-  refuse_unknown_baseline(campaign, options.baseline);
+  require_baseline(names_of(campaign.variants), options.baseline, "--against");
   if (options.slurm.wanted) {
     const int submitted = compare_on_slurm(campaign, std::move(options), traces_chosen);
     return campaign.without.plugins.empty() ? submitted : failure;

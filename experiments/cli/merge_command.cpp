@@ -22,7 +22,7 @@ struct MergeArguments {
 };
 
 int run_merge(const MergeArguments& options) {
-  const Merged merged = merge(options.folder, !options.no_report);
+  const Merged merged = merge(options.folder, !options.no_report, options.baseline);
   for (const std::string& problem : merged.problems) fmt::print(stderr, "solenoid: {}\n", problem);
   Result result = result_of(*merged.results.table(), options.baseline);
   const std::size_t all = merged.ok + merged.unstable + merged.failed + merged.missing;

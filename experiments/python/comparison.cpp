@@ -1,5 +1,6 @@
 #include "experiments/report/comparison.hpp"
 
+#include "controllers/catalogue.hpp"
 #include "experiments/campaign/run_campaign.hpp"
 #include "experiments/python/interruptible.hpp"
 
@@ -26,6 +27,7 @@ struct Compared {
 
 Compared compare(const std::string& toml, const CampaignOptions& options, const std::string& baseline, bool details) {
   const Campaign campaign = read_campaign(Document::from_text(toml, "solenoid.compare"));
+  require_baseline(names_of(campaign.variants), baseline, "baseline");
   std::optional<std::vector<RunRecord>> records;
   Compared found;
   {

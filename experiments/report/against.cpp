@@ -67,23 +67,33 @@ const char* resampled(const PairedVariants& pairs) {
                            : "scenarios";
 }
 
-/// What the columns are.
-std::vector<std::string> notes_of(const PairedVariants& pairs, std::size_t comparisons, bool named) {
+/// What the columns are. `possible`: comparisons that there would be if each had an interval.
+std::vector<std::string> notes_of(const PairedVariants& pairs, std::size_t comparisons, std::size_t possible,
+                                  bool named) {
   const std::string counted =
       "better in: share of the tasks, scenarios with a seed, where the error is less, ties are halves; lost: tasks in "
-      "no "
-      "number, as the variant or the other did not end well.";
-  if (comparisons == 0)
-    return {fmt::format("No interval and no verdict: these take {} scenarios, or seeds of one, that differ.",
-                        MaxT::least_values),
-            counted};
-  const std::string joint = comparisons == 1 ? "of one comparison"
-                            : named          ? fmt::format("of all {} comparisons together", comparisons)
-                                             : fmt::format("of all {} pairs of variants together", comparisons);
-  return {fmt::format("95 %: {}, from {} resamples of the {} {}{}; better and worse where it is beyond 1.", joint,
-                      MaxT::resamples, pairs.units(), resampled(pairs),
-                      pairs.of_seeds() ? ", said of this scenario alone" : ""),
-          counted};
+      "no number, as the variant or the other did not end well.";
+  const std::string needed = fmt::format(
+      "{} scenarios, or seeds of one, and a ratio that differs in more than two of them", MaxT::least_values);
+  if (!named && !pairs.every_pair())
+    return {
+        fmt::format("No corrected interval and no verdict: the best ranked of more than {} variants is not corrected "
+                    "for. A baseline that is named before, with --against, has them.",
+                    PairedVariants::most_variants),
+        counted};
+  if (comparisons == 0) return {fmt::format("No interval and no verdict: these take {}.", needed), counted};
+  const bool all = comparisons == possible;
+  const std::string joint = possible == 1 ? "of one comparison"
+                                          : fmt::format("of {} {} together",
+                                                        all ? fmt::format("all {}", possible)
+                                                            : fmt::format("{} of {}", comparisons, possible),
+                                                        named ? "comparisons" : "pairs of variants");
+  std::vector<std::string> notes = {fmt::format(
+      "95 %: {}, from {} resamples of the {} {}{}; better and worse where it is beyond 1.", joint, MaxT::resamples,
+      pairs.units(), resampled(pairs), pairs.of_seeds() ? ", said of this scenario alone" : "")};
+  if (!all) notes.push_back(fmt::format("The others have no verdict, which takes {}.", needed));
+  notes.push_back(counted);
+  return notes;
 }
 
 /// Numbers of the ranked variants in the table, best first.
@@ -132,9 +142,11 @@ std::optional<Against> against(const RunTable& runs, const Ranking& ranking, con
   if (ranked.size() < 2) return std::nullopt;
   const std::string base = named ? baseline : names[ranked.front()];
   const auto number = static_cast<std::uint32_t>(std::ranges::find(names, base) - names.begin());
-  const PairedVariants pairs(runs, group);
+  const PairedVariants pairs(runs, group, number);
   PairedFamily all = pairs.all();
+  const std::size_t possible = named ? pairs.errors().variants() - 1 : all.rows.size() / 2;
   PairedFamily family = named ? pairs.against(number) : all;
+  if (!pairs.every_pair()) std::erase_if(all.rows, [&](const Paired& pair) { return pair.baseline != number; });
   std::erase_if(family.rows, [&](const Paired& pair) { return pair.baseline != number; });
   const auto place = [&](std::uint32_t v) { return std::ranges::find(ranked, v); };
   for (PairedFamily* each : {&all, &family}) {
@@ -152,13 +164,14 @@ std::optional<Against> against(const RunTable& runs, const Ranking& ranking, con
     found.several_tasks = found.several_tasks || pair.tasks > 1;
     found.table.add(row_of(pair, names));
   }
-  found.table.notes = notes_of(pairs, family.comparisons, named);
+  found.table.notes = notes_of(pairs, family.comparisons, possible, named);
   found.json = {{"baseline", base},
                 {"chosen", named ? "named" : "ranked first"},
                 {"resampled", resampled(pairs)},
                 {"units", pairs.units()},
                 {"resamples", MaxT::resamples},
                 {"comparisons", family.comparisons},
+                {"notes", found.table.notes},
                 {"variants", found.table.json()},
                 {"matrix", matrix_json(all, names)},
                 {"profiles", profiles_json(pairs, ranked, names)}};

@@ -1,5 +1,6 @@
 #include "experiments/report/comparison.hpp"
 
+#include "core/config/reader.hpp"
 #include "experiments/plugin/python_rows.hpp"
 #include "experiments/report/against.hpp"
 #include "experiments/report/headings.hpp"
@@ -10,6 +11,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace solenoid {
 namespace {
@@ -200,6 +202,14 @@ Result result_of(const RunTable& runs, const std::string& baseline) {
   Result result;
   add_rankings(runs, "", baseline, result);
   return result;
+}
+
+void require_baseline(std::span<const std::string> variants, const std::string& baseline, const std::string& option) {
+  if (baseline.empty()) return;
+  if (variants.size() < 2) throw ConfigError(fmt::format("{}: one variant alone (allowed: with two or more)", option));
+  if (std::ranges::count(variants, baseline) == 0)
+    throw ConfigError(
+        fmt::format("{}: '{}' is not compared (allowed: {})", option, baseline, fmt::join(variants, ", ")));
 }
 
 std::string runs_json(std::span<const RunRecord> records) { return Result{.facts = facts_of(records)}.json(); }

@@ -18,6 +18,10 @@ Result result_of(std::span<const RunRecord> records, bool details, const std::st
 /// The same of as many runs as one likes: without their list, which JSON would have.
 Result result_of(const RunTable& runs, const std::string& baseline = "");
 
+/// Refuses a baseline, before work that may take hours, that is none of the variants, or where there is no other.
+/// `option`: what it is said with. Throws ConfigError; of an empty one nothing.
+void require_baseline(std::span<const std::string> variants, const std::string& baseline, const std::string& option);
+
 /// The runs alone: `{"runs": [...]}`.
 std::string runs_json(std::span<const RunRecord> records);
 

@@ -1,5 +1,7 @@
 #include "experiments/report/max_t.hpp"
 
+#include "solvers/sampling/categorical.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -15,26 +17,11 @@ namespace {
 constexpr Eigen::Index block = 250;  // resamples at once: their draws stay in the cache
 static_assert(MaxT::resamples % block == 0);
 
-/// Vigna's splitmix64: the same numbers on every machine.
-class Draws {
- public:
-  /// A number below `count`, which is below 2^32.
-  Eigen::Index below(std::uint64_t count) {
-    std::uint64_t z = state_ += 0x9e3779b97f4a7c15u;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return static_cast<Eigen::Index>(((z ^ (z >> 31)) >> 32) * count >> 32);
-  }
-
- private:
-  std::uint64_t state_ = 20260522;
-};
-
 /// How often each of `values` values is drawn in each of `block` resamples.
-Eigen::MatrixXf counts_of(Draws& draws, Eigen::Index values) {
+Eigen::MatrixXf counts_of(RandomBits& draws, Eigen::Index values) {
   Eigen::MatrixXf counts = Eigen::MatrixXf::Zero(values, block);
   for (Eigen::Index b = 0; b < block; ++b)
-    for (Eigen::Index i = 0; i < values; ++i) counts(draws.below(static_cast<std::uint64_t>(values)), b) += 1.0f;
+    for (Eigen::Index i = 0; i < values; ++i) counts(draws.below(static_cast<std::uint32_t>(values)), b) += 1.0f;
   return counts;
 }
 
@@ -50,7 +37,8 @@ constexpr std::size_t place = (19 * (MaxT::resamples + 1) + 19) / 20 - 1;
 
 }  // namespace
 
-MaxT::MaxT(const std::vector<std::vector<double>>& centred) : t_(centred.size(), std::vector<float>(resamples)) {
+MaxT::MaxT(const std::vector<std::vector<double>>& centred)
+    : t_(centred.size(), std::vector<float>(resamples)), unbounded_(centred.size()) {
   std::map<std::size_t, std::vector<std::size_t>> of_size;
   for (std::size_t mean = 0; mean < centred.size(); ++mean) of_size[centred[mean].size()].push_back(mean);
   for (const auto& [size, means] : of_size) {
@@ -62,7 +50,7 @@ MaxT::MaxT(const std::vector<std::vector<double>>& centred) : t_(centred.size(),
       both.row(c) = own.normalized().cast<float>();
       both.row(columns + c) = both.row(c).cwiseAbs2();
     }
-    Draws draws;
+    RandomBits draws(20260522);
     for (Eigen::Index first = 0; first < static_cast<Eigen::Index>(resamples); first += block) {
       const Eigen::MatrixXf sums = both * counts_of(draws, values);
       for (Eigen::Index c = 0; c < columns; ++c)
@@ -71,6 +59,8 @@ MaxT::MaxT(const std::vector<std::vector<double>>& centred) : t_(centred.size(),
               t_of(sums(c, b), sums(columns + c, b), static_cast<float>(values));
     }
   }
+  for (std::size_t mean = 0; mean < t_.size(); ++mean)
+    unbounded_[mean] = static_cast<std::size_t>(std::ranges::count(t_[mean], std::numeric_limits<float>::infinity()));
 }
 
 double MaxT::critical(std::size_t mean) const {
@@ -94,6 +84,14 @@ MaxT::Family MaxT::family(std::span<const std::size_t> means) const {
   for (const std::size_t mean : means)
     for (std::size_t b = 0; b < resamples; ++b) largest[b] = std::max(largest[b], t_[mean][b]);
   return Family(std::move(largest));
+}
+
+MaxT::Family MaxT::bounded_family(std::vector<std::size_t>& means) const {
+  for (std::size_t most = resamples - 1 - place;; most /= 2) {
+    std::erase_if(means, [&](std::size_t mean) { return unbounded_[mean] > most; });
+    Family found = family(means);
+    if (std::isfinite(found.critical())) return found;  // at the latest of those without any
+  }
 }
 
 }  // namespace solenoid

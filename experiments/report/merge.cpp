@@ -4,13 +4,14 @@
 #include "experiments/base/files.hpp"
 #include "experiments/campaign/manifest.hpp"
 #include "experiments/campaign/results_folder.hpp"
+#include "experiments/report/comparison.hpp"
 #include "experiments/report/page.hpp"
 
 #include <fmt/format.h>
 
 namespace solenoid {
 
-Merged merge(const std::string& folder, bool with_report) {
+Merged merge(const std::string& folder, bool with_report, const std::string& baseline) {
   using Ending = StoredRuns::Ending;
   Merged merged{.results = read_results(folder)};
   Results& results = merged.results;
@@ -19,6 +20,7 @@ Merged merge(const std::string& folder, bool with_report) {
         fmt::format("{}: there is nothing to merge, a version before wrote it, a file a run (allowed: a "
                     "folder of `solenoid compare`; `solenoid report {}` shows this one)",
                     folder, folder));
+  require_baseline(results.table()->variants(), baseline, "--against");
   const FolderLock lock(folder, FileLock::shared);
   const StoredRuns& kept = *results.kept;
   merged.ok = kept.count(Ending::ok);

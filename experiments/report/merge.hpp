@@ -20,7 +20,8 @@ struct Merged {
 
 /// Makes of the shards in a folder what a campaign that was not parted leaves there: runs.csv, the last manifest and, if
 /// it is wanted, report.html; equal to those to the last byte, times aside. Shards may be missing, half done, cut off or
-/// there twice: each run counts once. Throws ConfigError if the folder is no campaign's of this version, OutputError.
-Merged merge(const std::string& folder, bool with_report);
+/// there twice: each run counts once. `baseline`: of --against; that it has runs to compare is required before anything is
+/// written. Throws ConfigError for it, or if the folder is no campaign's of this version, OutputError.
+Merged merge(const std::string& folder, bool with_report, const std::string& baseline = "");
 
 }  // namespace solenoid

@@ -40,7 +40,9 @@ std::optional<Paired::Interval> interval(double log_ratio, double margin) {
 
 }  // namespace
 
-PairedVariants::PairedVariants(const RunTable& runs, std::optional<std::uint32_t> group) : errors_(runs, group) {
+PairedVariants::PairedVariants(const RunTable& runs, std::optional<std::uint32_t> group,
+                               std::optional<std::uint32_t> baseline)
+    : errors_(runs, group) {
   units_ = std::min(of_seeds() ? errors_.tasks() : errors_.scenarios(), most_units);
   std::vector<double> logs(errors_.tasks() * errors_.variants());
   for (std::size_t task = 0; task < errors_.tasks(); ++task)
@@ -52,6 +54,7 @@ PairedVariants::PairedVariants(const RunTable& runs, std::optional<std::uint32_t
   std::vector<std::vector<double>> means;
   for (auto b = by_name.begin(); b != by_name.end(); ++b)
     for (auto a = by_name.begin(); a != b; ++a) {
+      if (!every_pair() && *a != baseline && *b != baseline) continue;
       Pair& pair = pairs_.emplace_back(Pair{.a = *a, .b = *b});
       std::vector<double> values = compare(pair, logs);
       if (values.size() < MaxT::least_values) continue;
@@ -95,7 +98,7 @@ std::vector<double> PairedVariants::compare(Pair& pair, const std::vector<double
   return centred(sums, counts, pair.log_ratio);
 }
 
-Paired PairedVariants::paired(const Pair& pair, bool turned, const std::optional<MaxT::Family>& family) const {
+Paired PairedVariants::paired(const Pair& pair, bool turned, const Together& together) const {
   const double log_ratio = turned ? -pair.log_ratio : pair.log_ratio;
   const bool any = pair.tasks > 0;
   Paired found{.variant = turned ? pair.b : pair.a,
@@ -105,34 +108,34 @@ Paired PairedVariants::paired(const Pair& pair, bool turned, const std::optional
                .baseline_lost = turned ? pair.lost_a : pair.lost_b,
                .ratio = any ? std::exp(log_ratio) : std::numeric_limits<double>::quiet_NaN(),
                .better = turned && any ? 1 - pair.better : pair.better};
-  if (!pair.mean || !family) return found;
+  if (!pair.mean) return found;
   found.own = interval(log_ratio, pair.error * critical_[*pair.mean]);
-  found.corrected = interval(log_ratio, pair.error * family->critical());
-  if (!found.corrected) return found;
-  found.p = family->p(std::abs(log_ratio) / pair.error);
+  if (!std::ranges::binary_search(together.means, *pair.mean)) return found;
+  found.corrected = interval(log_ratio, pair.error * together.family->critical());
+  found.p = together.family->p(std::abs(log_ratio) / pair.error);
   found.verdict = found.corrected->high < 1  ? Paired::Verdict::better
                   : found.corrected->low > 1 ? Paired::Verdict::worse
                                              : Paired::Verdict::no_difference_shown;
   return found;
 }
 
-std::optional<MaxT::Family> PairedVariants::family(const std::vector<std::size_t>& pairs,
-                                                   std::size_t& comparisons) const {
-  std::vector<std::size_t> means;
+PairedVariants::Together PairedVariants::together(const std::vector<std::size_t>& pairs) const {
+  Together found;
   for (const std::size_t pair : pairs)
-    if (pairs_[pair].mean) means.push_back(*pairs_[pair].mean);
-  comparisons = means.size();
-  if (means.empty()) return std::nullopt;
-  return resampled_->family(means);
+    if (pairs_[pair].mean) found.means.push_back(*pairs_[pair].mean);
+  if (found.means.empty()) return found;
+  MaxT::Family family = resampled_->bounded_family(found.means);
+  if (!found.means.empty()) found.family = std::move(family);
+  return found;
 }
 
 PairedFamily PairedVariants::against(std::uint32_t baseline) const {
   std::vector<std::size_t> own;
   for (std::size_t i = 0; i < pairs_.size(); ++i)
     if (pairs_[i].a == baseline || pairs_[i].b == baseline) own.push_back(i);
-  PairedFamily found;
-  const std::optional<MaxT::Family> together = family(own, found.comparisons);
-  for (const std::size_t i : own) found.rows.push_back(paired(pairs_[i], pairs_[i].a == baseline, together));
+  const Together corrected = together(own);
+  PairedFamily found{.rows = {}, .comparisons = corrected.means.size()};
+  for (const std::size_t i : own) found.rows.push_back(paired(pairs_[i], pairs_[i].a == baseline, corrected));
   std::ranges::sort(found.rows, {}, &Paired::variant);
   return found;
 }
@@ -140,10 +143,10 @@ PairedFamily PairedVariants::against(std::uint32_t baseline) const {
 PairedFamily PairedVariants::all() const {
   std::vector<std::size_t> every(pairs_.size());
   for (std::size_t i = 0; i < every.size(); ++i) every[i] = i;
-  PairedFamily found;
-  const std::optional<MaxT::Family> together = family(every, found.comparisons);
+  const Together corrected = every_pair() ? together(every) : Together{};
+  PairedFamily found{.rows = {}, .comparisons = corrected.means.size()};
   for (const Pair& pair : pairs_)
-    for (const bool turned : {false, true}) found.rows.push_back(paired(pair, turned, together));
+    for (const bool turned : {false, true}) found.rows.push_back(paired(pair, turned, corrected));
   std::ranges::sort(found.rows, {}, [](const Paired& row) { return std::pair(row.baseline, row.variant); });
   return found;
 }

@@ -22,17 +22,20 @@ struct Paired {
   double ratio = 0;                         ///< of the geometric means of their errors; NaN without a task
   double better = 0;  ///< share of the tasks where the variant's error is less; equal ones are halves
   /// Intervals of the ratio at 95 %: by itself; and corrected, so that all of a family hold at once. None from fewer
-  /// than MaxT::least_values scenarios, or where the ratio is the same in all of them.
+  /// than MaxT::least_values scenarios, nor where the ratio is the same in all of them, or in all but one or two: then
+  /// more than 5 % of the resamples have neither of these. Where several pairs that are nearly tied would together take
+  /// the intervals of a whole family away, those nearest to a tie have theirs by itself alone (MaxT::bounded_family),
+  /// without p and verdict.
   std::optional<Interval> own = {}, corrected = {};
   std::optional<double> p = {};  ///< of no difference, two-sided, corrected
   std::optional<Verdict> verdict =
-      {};  ///< better or worse where the corrected interval excludes 1; none without an interval
+      {};  ///< better or worse where the corrected interval excludes 1; none without that interval
 };
 
 /// Comparisons that are corrected together.
 struct PairedFamily {
   std::vector<Paired> rows;
-  std::size_t comparisons = 0;  ///< those that have an interval
+  std::size_t comparisons = 0;  ///< those that have a corrected interval; of the others nothing is claimed
 };
 
 /// Every variant of a table against every other, paired by tasks. The logarithms of the ratios of the judged errors
@@ -44,21 +47,30 @@ struct PairedFamily {
 /// chose, as the best ranked is, or that a reader chooses from a page, has had V (V - 1) / 2 chances: the family is all
 /// pairs, and the correction is larger.
 ///
+/// Pairs grow with the square of V, at 40 kB each. Of more than most_variants variants only those with one baseline are
+/// compared: a family if it was chosen before, and else without correction, so without a verdict.
+///
 /// With the baseline in the variant's place: 1 / ratio, the mirrored intervals, the same p. The order of runs and of
 /// variants changes nothing.
 class PairedVariants {
  public:
   static constexpr std::size_t most_units = 500;
+  static constexpr std::size_t most_variants = 40;
 
-  explicit PairedVariants(const RunTable& runs, std::optional<std::uint32_t> group = {});
+  /// `baseline`: whom all are compared with where they are too many for all pairs; none: then there is no pair at all.
+  explicit PairedVariants(const RunTable& runs, std::optional<std::uint32_t> group = {},
+                          std::optional<std::uint32_t> baseline = {});
 
   const TaskErrors& errors() const { return errors_; }
   std::size_t units() const { return units_; }                ///< that are resampled
   bool of_seeds() const { return errors_.scenarios() == 1; }  ///< those of a single scenario
   bool grouped() const { return (of_seeds() ? errors_.tasks() : errors_.scenarios()) > units_; }
+  /// Whether every variant is compared with every other.
+  bool every_pair() const { return errors_.variants() <= most_variants; }
   /// The other variants against one, whose comparisons are the family; in the table's order.
   PairedFamily against(std::uint32_t baseline) const;
-  /// Every variant against every other, both ways round, corrected over all pairs; by baseline, then variant.
+  /// All pairs, both ways round, corrected over all of them, or not at all without every_pair(); by baseline, then
+  /// variant.
   PairedFamily all() const;
 
  private:
@@ -68,10 +80,15 @@ class PairedVariants {
     double better = 0, log_ratio = 0, error = 0;  // of a against b; standard error
     std::optional<std::size_t> mean = {};         // of MaxT
   };
+  /// Means that are corrected together, increasing, and how.
+  struct Together {
+    std::vector<std::size_t> means = {};
+    std::optional<MaxT::Family> family = {};  // none without a mean
+  };
   std::vector<double> compare(Pair& pair, const std::vector<double>& logs) const;
   std::size_t unit(std::size_t task) const;
-  Paired paired(const Pair& pair, bool turned, const std::optional<MaxT::Family>& family) const;
-  std::optional<MaxT::Family> family(const std::vector<std::size_t>& pairs, std::size_t& comparisons) const;
+  Paired paired(const Pair& pair, bool turned, const Together& together) const;
+  Together together(const std::vector<std::size_t>& pairs) const;
 
   TaskErrors errors_;
   std::size_t units_ = 0;

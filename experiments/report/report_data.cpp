@@ -120,12 +120,13 @@ Json ranking_json(const std::string& name, const RunTable& table, Group group, b
   return json;
 }
 
-/// Whether each ensemble is compared pair by pair too, so that all matrices of a page stay below a few megabytes.
+/// Whether each ensemble is compared pair by pair too, so that all matrices of a page, with that over everything, which
+/// PairedVariants::most_variants bounds, stay below a few megabytes.
 bool pairs_fit(const RunTable& table) {
   constexpr std::size_t most_pairs = 10'000;  // a variant and its baseline
-  std::size_t ensembles = 0;
-  for (std::uint32_t group = 0; group < table.groups().size(); ++group) ensembles += table.is_ensemble(group);
-  return ensembles * table.variants().size() * table.variants().size() <= most_pairs;
+  std::size_t matrices = 1;
+  for (std::uint32_t group = 0; group < table.groups().size(); ++group) matrices += table.is_ensemble(group);
+  return matrices * table.variants().size() * table.variants().size() <= most_pairs;
 }
 
 /// Over everything, then over each ensemble and each single scenario, if there is more than one. `ended`: an interval

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 import unittest
@@ -134,6 +135,15 @@ class Failures(unittest.TestCase):
                       lambda: solenoid.compare("nobody", flight())):
             with self.assertRaisesRegex(solenoid.ConfigError, "allowed"):
                 wrong()
+
+    def test_an_unknown_baseline_is_refused_before_anything_runs(self):
+        with tempfile.TemporaryDirectory() as folder:
+            out = os.path.join(folder, "r")
+            with self.assertRaisesRegex(solenoid.ConfigError, "baseline: 'nobody' is not compared .allowed: mine, good"):
+                solenoid.compare([lines("mine"), lines("good")], flight(), baseline="nobody", out=out)
+            self.assertFalse(os.path.exists(out))
+        with self.assertRaisesRegex(solenoid.ConfigError, "baseline: one variant alone"):
+            solenoid.compare(lines("mine"), flight(), baseline="mine")
 
     def test_a_process_that_ends_ends_its_run(self):
         failed = self.failing(exactly("quits", lambda m: os._exit(5)), exactly("quiet", lambda m: os._exit(0)),

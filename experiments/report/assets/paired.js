@@ -21,16 +21,13 @@ function drawPaired(table, ranking, chosen) {
   const { paired } = ranking;
   byId("paired").hidden = !paired;
   if (!paired) return table.setRows([]);
-  const names = ranking.variants.map(({ variant }) => variant);
+  const compared = new Set(paired.matrix.map((row) => row.baseline));  // of very many variants one alone
+  const names = ranking.variants.map(({ variant }) => variant).filter((name) => compared.has(name));
   const baseline = names.includes(chosen) ? chosen : paired.baseline;
   setOptions(byId("baseline"), names.map((name) => [name, name]));
   byId("baseline").value = baseline;
   table.setRows(paired.matrix.filter((row) => row.baseline === baseline));
-  byId("paired-note").textContent = paired.comparisons === 0
-    ? "No interval and no verdict: these take five scenarios, or seeds of one, that differ."
-    : `Errors divided by those of ${baseline} in the same scenario and seed. 95 %: of ${paired.comparisons > 1 ? `all ${plural(paired.comparisons, "pair")} of variants together` : "one comparison"}, from ` +
-      `${paired.resamples.toLocaleString("en")} resamples of the ${paired.units.toLocaleString("en")} ${paired.resampled}; better and worse where it is beyond 1. ` +
-      "Lost: tasks that count for neither, where one of the two did not end well.";
+  byId("paired-note").textContent = `Errors divided by those of ${baseline} in the same scenario and seed. ${paired.notes.join(" ")}`;
 }
 
 const withinFactor = ({ ok, runs, ratios }, factor) => (ratios.length ? ((ratios.filter((ratio) => ratio <= factor).length / ratios.length) * ok) / runs : 0);

@@ -4,6 +4,7 @@
 #include "experiments/report/comparison.hpp"
 #include "experiments/report/headings.hpp"
 #include "experiments/report/merge.hpp"
+#include "experiments/report/paired.hpp"
 #include "experiments/report/report_data.hpp"
 #include "tests/experiments/judged_runs.hpp"
 #include "tests/experiments/program_under_test.hpp"
@@ -124,12 +125,57 @@ TEST(Against, ATableSaysBetterAndWorseAsItsNumbersDo) {
               HasSubstr("variant,ratio,own_low,own_high,low,high,p,better,tasks,lost,baseline_lost,verdict"));
 }
 
+TEST(Against, APairWithoutAVerdictIsNoneOfThoseCorrectedTogether) {
+  std::vector<RunRecord> records = three_variants(30);
+  for (std::size_t i = 2; i < records.size(); i += 3)  // v2 is v1, but in the first scenario
+    if (i > 2) records[i].metrics = records[i - 1].metrics;
+  const Result all = result_of(records, false), named = result_of(records, false, "v1");
+  EXPECT_THAT(all.text(false), HasSubstr("of 2 of 3 pairs of variants together"));
+  EXPECT_THAT(named.text(false), HasSubstr("of 1 of 2 comparisons together"));
+  for (const Result& found : {all, named}) {
+    EXPECT_THAT(found.text(false), HasSubstr("The others have no verdict, which takes 5 scenarios"));
+    const Json paired = found.facts.at("paired")[0];
+    std::size_t verdicts = 0;
+    for (const Json& row : paired.at("matrix")) {
+      EXPECT_EQ(row.at("verdict").is_string(), row.at("variant") == "v0" || row.at("baseline") == "v0");
+      verdicts += row.at("verdict").is_string();
+    }
+    EXPECT_EQ(verdicts, 4u);
+  }
+}
+
 TEST(Against, OneTaskIsNoTableUnlessItIsAskedFor) {
   const std::vector<RunRecord> one = {judged_run("base", "a", 1, 1.0), judged_run("mine", "a", 1, 2.0)};
   EXPECT_THAT(result_of(one, false).text(false), Not(HasSubstr("divided by")));
   EXPECT_THAT(result_of(one, false, "mine").text(false), HasSubstr("divided by that of mine"));
   EXPECT_EQ(result_of(one, false).facts.at("paired")[0].at("variants")[0].at("ratio"), 2.0);
   EXPECT_FALSE(result_of(std::vector{one[0]}, false).facts.contains("paired"));
+}
+
+TEST(Against, OfVeryManyVariantsABaselineWantsAName) {
+  constexpr std::size_t variants = PairedVariants::most_variants + 1;
+  std::mt19937_64 random(22);
+  std::lognormal_distribution<double> spread(0.0, 0.2);
+  std::vector<std::vector<double>> errors(variants, std::vector<double>(6));
+  for (std::vector<double>& own : errors)
+    for (double& error : own) error = spread(random);
+  const std::vector<RunRecord> records = test::judged_runs(errors);
+  for (const char* baseline : {"", "v7"}) {
+    const bool named = *baseline != 0;
+    const Result result = result_of(records, false, baseline);
+    const Json paired = result.facts.at("paired")[0];
+    EXPECT_EQ(paired.at("comparisons"), named ? variants - 1 : 0);
+    EXPECT_EQ(paired.at("variants").size(), variants - 1);
+    EXPECT_EQ(paired.at("matrix").size(), variants - 1);
+    for (const Json& row : paired.at("matrix")) EXPECT_EQ(row.at("baseline"), paired.at("baseline"));
+    for (const Json& row : paired.at("variants")) {
+      EXPECT_TRUE(row.at("own_low").is_number());
+      EXPECT_EQ(row.at("low").is_number(), named);
+      EXPECT_EQ(row.at("verdict").is_string(), named);
+    }
+    EXPECT_THAT(result.text(false), HasSubstr(named ? "of all 40 comparisons together"
+                                                    : "the best ranked of more than 40 variants is not corrected for"));
+  }
 }
 
 TEST(Against, TextDataAndReportAgree) {
@@ -177,6 +223,14 @@ TEST(Against, IsAnOptionOfCompare) {
   const test::ProgramRun alone =
       test::run_program(folder, "compare c.toml --variant nine_pd --against nine_pd --out n");
   EXPECT_THAT(alone.err, HasSubstr("--against: one variant alone"));
+  const std::filesystem::path runs = folder / "r/runs.csv", page = folder / "r/report.html";
+  std::filesystem::remove(runs);
+  const test::ProgramRun merged = test::run_program(folder, "merge r --against nobody");
+  EXPECT_EQ(merged.exit_code, 2);
+  EXPECT_THAT(merged.err, HasSubstr("--against: 'nobody' is not compared (allowed: thesis_cylinder, nine_pd)"));
+  EXPECT_FALSE(std::filesystem::exists(runs) || std::filesystem::exists(page)) << "it is told before anything is made";
+  EXPECT_THAT(test::run_program(folder, "merge r --no-report --against nine_pd").out,
+              HasSubstr("divided by that of nine_pd"));
 }
 
 }  // namespace

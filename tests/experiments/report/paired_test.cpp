@@ -3,11 +3,11 @@
 #include "experiments/report/paired.hpp"
 
 #include "tests/experiments/judged_runs.hpp"
+#include "tests/experiments/normal_values.hpp"
 
 #include <cmath>
-#include <numeric>
+#include <map>
 #include <random>
-#include <stdexcept>
 
 #include <gmock/gmock.h>
 
@@ -16,32 +16,8 @@ namespace {
 
 using test::judged_run;
 using test::judged_runs;
+using test::normal_values;
 using Values = std::vector<double>;
-
-Values normal_values(std::mt19937_64& random, std::size_t count) {
-  std::normal_distribution<double> normal;
-  Values values(count);
-  for (double& value : values) value = normal(random);
-  return values;
-}
-
-Values less_mean(Values values) {
-  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-  for (double& value : values) value -= mean;
-  return values;
-}
-
-Values difference(const Values& a, const Values& b) {
-  Values values(a.size());
-  for (std::size_t i = 0; i < a.size(); ++i) values[i] = a[i] - b[i];
-  return less_mean(std::move(values));
-}
-
-std::vector<std::size_t> all_of(std::size_t count) {
-  std::vector<std::size_t> list(count);
-  std::iota(list.begin(), list.end(), std::size_t{0});
-  return list;
-}
 
 PairedVariants pairs_of(const std::vector<RunRecord>& records) { return PairedVariants(tables_of(records).front()); }
 
@@ -59,54 +35,6 @@ std::vector<Values> log_normal_errors(std::mt19937_64& random, std::size_t varia
   }
   return errors;
 }
-
-TEST(MaxT, OfManyNormalValuesIsTheStudentisedRangeAndDunnetts) {
-  constexpr std::size_t variants = 16, values = 500;
-  std::mt19937_64 random(3);
-  std::vector<Values> own;
-  for (std::size_t v = 0; v < variants; ++v) own.push_back(normal_values(random, values));
-  std::vector<Values> pairs;
-  std::vector<std::size_t> with_first;
-  for (std::size_t b = 1; b < variants; ++b)
-    for (std::size_t a = 0; a < b; ++a) {
-      if (a == 0) with_first.push_back(pairs.size());
-      pairs.push_back(difference(own[a], own[b]));
-    }
-  const MaxT found(pairs);
-  // Quantiles of infinitely many values: normal, Dunnett's of 15 against one, the studentised range of 16 over root 2.
-  EXPECT_NEAR(found.critical(7), 1.960, 0.05);
-  EXPECT_NEAR(found.family(with_first).critical(), 2.829, 0.06);
-  EXPECT_NEAR(found.family(all_of(pairs.size())).critical(), 3.426, 0.08);
-}
-
-TEST(MaxT, OfOneMeanIsThatMeansAndIndependentMeansAreSidaks) {
-  std::mt19937_64 random(4);
-  std::vector<Values> means;
-  means.reserve(20);
-  for (int i = 0; i < 20; ++i) means.push_back(less_mean(normal_values(random, 400)));
-  const MaxT found(means);
-  const std::vector<std::size_t> one = {11};
-  EXPECT_EQ(found.family(one).critical(), found.critical(11));
-  EXPECT_NEAR(found.family(all_of(20)).critical(), 3.016, 0.08);  // normal quantile at (1 + 0.95^(1/20)) / 2
-}
-
-TEST(MaxT, AnIntervalExcludesWhatItsPValueDoes) {
-  std::mt19937_64 random(5);
-  std::vector<Values> means;
-  means.reserve(8);
-  for (int i = 0; i < 8; ++i) means.push_back(less_mean(normal_values(random, 12)));
-  const MaxT::Family family = MaxT(means).family(all_of(8));
-  double last = 1.0;
-  for (double t = 0; t < 12; t += 0.01) {
-    EXPECT_EQ(family.p(t) <= 0.05, t > family.critical()) << t;
-    EXPECT_LE(family.p(t), last);
-    last = family.p(t);
-  }
-  EXPECT_EQ(family.p(0), 1.0);
-  EXPECT_GT(family.p(1e9), 0.0);
-}
-
-TEST(MaxT, WantsFiveValues) { EXPECT_THROW(MaxT({{-1.0, 0.0, 0.5, 0.5}}), std::invalid_argument); }
 
 TEST(Paired, IntervalsOfLogNormalPairsCoverTheTruth) {
   constexpr int draws = 400;
@@ -268,6 +196,67 @@ TEST(Paired, FromFewScenariosOrWithoutSpreadNothingIsConcluded) {
   const Paired same = first_pair(judged_runs({Values(30, 0.5), Values(30, 1.0)}));
   EXPECT_NEAR(same.ratio, 0.5, 1e-12);
   EXPECT_FALSE(same.own || same.verdict) << "thirty times the same is one observation";
+}
+
+/// Of three variants the second is the first, but in one scenario.
+std::vector<Values> nearly_tied_errors(std::mt19937_64& random, std::size_t scenarios) {
+  std::vector<Values> errors = log_normal_errors(random, 3, scenarios, 0.3);
+  errors[1] = errors[0];
+  errors[1][2] *= 1.1;
+  return errors;
+}
+
+TEST(Paired, APairThatIsNearlyTiedTakesNoVerdictFromTheOthers) {
+  std::mt19937_64 random(15);
+  for (const std::size_t scenarios : {10u, 40u}) {
+    std::vector<Values> errors = nearly_tied_errors(random, scenarios);
+    for (double& error : errors[2]) error *= 0.1;
+    const PairedVariants pairs = pairs_of(judged_runs(errors));
+    for (const PairedFamily& family : {pairs.all(), pairs.against(0)})
+      for (const Paired& pair : family.rows) {
+        EXPECT_EQ(family.comparisons, family.rows.size() == 2 ? 1u : 2u);
+        if (pair.variant == 2 || pair.baseline == 2) {
+          EXPECT_EQ(pair.verdict, pair.variant == 2 ? Paired::Verdict::better : Paired::Verdict::worse);
+          EXPECT_TRUE(pair.own && pair.corrected && pair.p);
+        } else {
+          EXPECT_FALSE(pair.own || pair.corrected || pair.p || pair.verdict);
+          EXPECT_NEAR(std::abs(std::log(pair.ratio)), std::log(1.1) / static_cast<double>(scenarios), 1e-12);
+          EXPECT_NEAR(std::abs(pair.better - 0.5), 0.5 / static_cast<double>(scenarios), 1e-12);
+        }
+      }
+  }
+}
+
+TEST(Paired, BesideANearlyTiedPairNothingIsShownMoreOften) {
+  int shown = 0;
+  for (int draw = 0; draw < families; ++draw) {
+    std::mt19937_64 random(7700 + static_cast<std::size_t>(draw));
+    const PairedFamily all = pairs_of(judged_runs(nearly_tied_errors(random, 25))).all();
+    EXPECT_EQ(all.comparisons, 2u);
+    shown += shows_one(all);
+  }
+  EXPECT_LE(shown, most_false);
+}
+
+TEST(Paired, OfVeryManyVariantsTheNamedComparisonsAlone) {
+  constexpr std::size_t variants = PairedVariants::most_variants + 1;
+  std::mt19937_64 random(16);
+  const std::vector<RunRecord> records = judged_runs(log_normal_errors(random, variants, 8, 0.3));
+  const RunTable table = tables_of(records).front();
+  const PairedVariants pairs(table, {}, 3);
+  EXPECT_FALSE(pairs.every_pair());
+  const PairedFamily named = pairs.against(3), all = pairs.all();
+  EXPECT_EQ(named.comparisons, variants - 1);
+  EXPECT_EQ(named.rows.size(), variants - 1);
+  for (const Paired& pair : named.rows) EXPECT_TRUE(pair.own && pair.corrected && pair.p && pair.verdict);
+  EXPECT_EQ(all.comparisons, 0u);
+  EXPECT_EQ(all.rows.size(), 2 * (variants - 1));
+  for (const Paired& pair : all.rows) {
+    EXPECT_TRUE(pair.variant == 3 || pair.baseline == 3);
+    EXPECT_TRUE(pair.own.has_value());
+    EXPECT_FALSE(pair.corrected || pair.p || pair.verdict) << "a baseline that the errors may have chosen";
+  }
+  EXPECT_TRUE(PairedVariants(table).all().rows.empty());
 }
 
 TEST(Paired, OfASingleScenarioItsSeedsAreResampled) {
