@@ -82,7 +82,11 @@ void add_teaching(CLI::App& command, TeachArguments& a) {
   command.add_option("--batch", t.training.batch, "samples a step; default 256")->check(CLI::Range(1, 1000000));
   command.add_option("--rate", t.training.rate, "of Adam's first step; it falls to 0; default 0.002")
       ->check(CLI::Range(1e-8, 1.0));
-  add_out_option(command, t.out, "folder");
+  command
+      .add_option("--out", t.out,
+                  "folder; what is there of an earlier network is replaced; default a new one in results")
+      ->type_name(value_kind::folder)
+      ->check([](const std::string& text) { return text.empty() ? "empty (allowed: a folder)" : std::string(); });
   add_output_options(command, a.output, {"table", "json"});
 }
 

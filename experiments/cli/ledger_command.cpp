@@ -1,4 +1,5 @@
 #include "controllers/networks.hpp"
+#include "core/config/reader.hpp"
 #include "experiments/base/interrupt.hpp"
 #include "experiments/base/result.hpp"
 #include "experiments/cli/commands.hpp"
@@ -24,10 +25,18 @@ struct LedgerCommand {
   std::vector<std::string> variants = {"nine_state", "nine_state_4", "nine_robust"};
 };
 
+void take_in(const char* option, const std::optional<std::string>& network) {
+  try {
+    if (network) take_in_network_file(*network);
+  } catch (const ConfigError& wrong) {
+    throw ConfigError(fmt::format("{}: {}", option, wrong.what()));
+  }
+}
+
 int ledger(LedgerCommand command) {
   const InterruptGuard guard;
-  take_in_network_file(command.options.policy_network);
-  take_in_network_file(command.options.cost_network);
+  take_in("--policy", command.options.policy_network);
+  take_in("--cost", command.options.cost_network);
   InstanceSet set = instances_from(command.instances);
   select_variants(command.variants, set);
   const bool terminal = isatty(STDERR_FILENO) != 0;
@@ -67,11 +76,11 @@ void add_ledger(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1e-3, 86400.0));
   command
       ->add_option("--policy", options->options.policy_network,
-                   "network that proposes modes, where it fits a variant; a shipped one or a file; default nine_policy")
+                   "network that proposes modes; a shipped one or a file; default nine_policy, where it fits a variant")
       ->type_name(value_kind::file);
   command
       ->add_option("--cost", options->options.cost_network,
-                   "network that says what the blocks behind the first two cost; default nine_tail")
+                   "network that says what the blocks behind the first two cost; default nine_tail, where it fits")
       ->type_name(value_kind::file);
   add_output_options(*command, options->output);
   command->callback([options, &exit_code] { exit_code = ledger(*options); });

@@ -4,11 +4,25 @@
 #include "core/config/reader.hpp"
 #include "experiments/learn/learn.hpp"
 
+#include <stdexcept>
 #include <string_view>
 
 #include <fmt/format.h>
 
 namespace solenoid {
+namespace {
+
+/// Solvers are made for some models and mode sets only: known before anything runs.
+void check_teacher(const VariantConfig& v) {
+  try {
+    make_solver(v)->prepare(*system_of(v).problem(v));
+  } catch (const std::invalid_argument& wrong) {
+    throw ConfigError(
+        fmt::format("variant '{}': {} (allowed: a variant that branch and bound solves)", v.name, wrong.what()));
+  }
+}
+
+}  // namespace
 
 SplitCampaign split_campaign(const std::string& campaign, const std::string& variant) {
   constexpr std::string_view judging = "held_out";
@@ -27,7 +41,10 @@ SplitCampaign split_campaign(const std::string& campaign, const std::string& var
   split.training = read_campaign(campaign, {.variants = {variant}, .scenarios = split.training_names});
   split.held_out = read_campaign(campaign, {.variants = {variant}, .scenarios = split.held_out_names});
   for (Campaign* part : {&split.training, &split.held_out})
-    for (VariantConfig& v : part->variants) v = teacher_of(v);
+    for (VariantConfig& v : part->variants) {
+      v = teacher_of(v);
+      check_teacher(v);
+    }
   return split;
 }
 

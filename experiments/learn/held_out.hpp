@@ -13,7 +13,8 @@ struct SplitCampaign {
   std::vector<std::string> training_names, held_out_names;
 };
 
-/// Scenarios named held_out... judge. Throws ConfigError where either kind is missing, or the variant plans nothing.
+/// Scenarios named held_out... judge. Throws ConfigError where either kind is missing, the variant plans nothing, or
+/// branch and bound does not solve its problems.
 SplitCampaign split_campaign(const std::string& campaign, const std::string& variant);
 
 }  // namespace solenoid

@@ -9,6 +9,8 @@
 #include "experiments/profile/stopwatch.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <memory>
 
 #include <fmt/format.h>
@@ -54,10 +56,10 @@ class Judge {
         const SolveReport report = solver->solve(*problem, *plan, Deadline::never());
         us[i] = std::min(us[i], watch.us());
         if (pass > 0) continue;
-        gap.push_back(report.cost / record.plan_cost - 1.0);
+        gap.push_back(gap_above(report.cost, record.plan_cost));
         nodes.push_back(static_cast<double>(report.nodes));
         all_nodes += nodes.back();
-        optima += report.cost <= record.plan_cost * (1.0 + rounding);
+        optima += gap.back() <= 0.0;
         cost += report.cost;
         optimum += record.plan_cost;
       }
@@ -65,7 +67,7 @@ class Judge {
     const auto count = static_cast<double>(records_.size());
     judged.optimal = static_cast<double>(optima) / count;
     judged.nodes_mean = all_nodes / count;
-    judged.ratio = cost / optimum;
+    judged.ratio = 1.0 + gap_above(cost, optimum);
     const Percentiles g = percentiles(gap), t = percentiles(us), n = percentiles(nodes);
     judged.gap_p50 = g.p50, judged.gap_p90 = g.p90, judged.gap_p99 = g.p99, judged.gap_max = g.max;
     judged.us_p50 = t.p50, judged.us_p99 = t.p99, judged.us_p999 = t.p999, judged.us_max = t.max;
@@ -83,7 +85,11 @@ class Judge {
 VariantConfig taught_by_file(VariantConfig v, const JudgeTask& task) {
   if (!is_network_file(task.network))
     throw ConfigError(fmt::format("--network: '{}' (allowed: a file NAME.toml)", task.network));
-  take_in_network_file(task.network);
+  try {
+    take_in_network_file(task.network);
+  } catch (const ConfigError& wrong) {
+    throw ConfigError(fmt::format("--network: {}", wrong.what()));
+  }
   v.learned = {task.network, task.searched_blocks};
   v.solver = find_network(task.network)->data().kind == "cost" ? "learned_tail" : "policy";
   return v;
@@ -106,7 +112,8 @@ VariantConfig taught(const JudgeTask& task, const VariantConfig& teacher) {
     const auto problem = system_of(v).problem(v);
     make_solver(v)->prepare(*problem);
   } catch (const std::invalid_argument& wrong) {
-    throw ConfigError(fmt::format("'{}' {}", v.learned.network, wrong.what()));
+    throw ConfigError(fmt::format("{}: '{}' {}", task.network.empty() ? "learned.network" : "--network",
+                                  v.learned.network, wrong.what()));
   }
   return v;
 }
@@ -128,6 +135,12 @@ Table times_and_gaps(const JudgeResult& r) {
 }
 
 }  // namespace
+
+double gap_above(double cost, double optimum) {
+  const double above = cost - optimum;
+  if (std::abs(above) <= rounding * optimum) return 0.0;
+  return optimum > 0.0 ? above / optimum : std::numeric_limits<double>::infinity();
+}
 
 std::optional<JudgeResult> judge(const JudgeTask& task) {
   const SplitCampaign split = split_campaign(task.campaign, task.variant);

@@ -15,20 +15,68 @@ namespace {
 
 using Column = Table::Column;
 
-/// What a network's outputs and inputs may be at most, before anybody waits for it.
-void check_sizes(const LearnTask& task, const VariantConfig& v) {
-  const auto problem = system_of(v).problem(v);
-  if (task.samples.taught == Taught::cost) {
-    const int blocks = static_cast<int>(problem->horizon.blocks.size());
-    if (task.samples.searched_blocks < 1 || task.samples.searched_blocks >= blocks)
-      throw ConfigError(fmt::format("--searched-blocks: {} of the {} blocks of '{}' (allowed: 1 to {})",
-                                    task.samples.searched_blocks, blocks, v.name, blocks - 1));
-    return;
+/// What the hidden layers of so many inputs and outputs may be.
+void check_layers(const TrainSettings& settings, std::size_t inputs, std::size_t outputs) {
+  constexpr std::size_t most_layers = mlp_limits::layers - 1;
+  if (settings.hidden.size() > most_layers)
+    throw ConfigError(fmt::format("--hidden: {} layers (allowed: at most {})", settings.hidden.size(), most_layers));
+  std::size_t weights = 0, before = inputs;
+  for (const int width : settings.hidden) {
+    weights += before * static_cast<std::size_t>(width);
+    before = static_cast<std::size_t>(width);
   }
-  const std::size_t outputs = problem->horizon.blocks.size() * static_cast<std::size_t>(problem->modes.size());
-  if (outputs > static_cast<std::size_t>(mlp_limits::width))
-    throw ConfigError(fmt::format("variant '{}' has {} modes in {} blocks: {} scores (allowed: at most {})", v.name,
-                                  problem->modes.size(), problem->horizon.blocks.size(), outputs, mlp_limits::width));
+  weights += before * outputs;
+  if (weights > static_cast<std::size_t>(mlp_limits::weights))
+    throw ConfigError(fmt::format("--hidden: at least {} weights (allowed: at most {})", weights, mlp_limits::weights));
+}
+
+/// What a cost is taught of: blocks behind the searched ones.
+void check_searched(const LearnTask& task, const VariantConfig& v, int blocks) {
+  if (blocks < 2)
+    throw ConfigError(
+        fmt::format("--variant: '{}' has one block, none is left behind those that are searched "
+                    "(allowed: a variant of at least 2 blocks)",
+                    v.name));
+  if (task.samples.searched_blocks < 1 || task.samples.searched_blocks >= blocks)
+    throw ConfigError(fmt::format("--searched-blocks: {} of the {} blocks of '{}' (allowed: 1 to {})",
+                                  task.samples.searched_blocks, blocks, v.name, blocks - 1));
+}
+
+std::size_t outputs_of(const LearnTask& task, const AnyProblem& problem) {
+  if (task.samples.taught == Taught::cost) return 1;
+  return problem.horizon.blocks.size() * static_cast<std::size_t>(problem.modes.size());
+}
+
+/// What a network's inputs, layers and outputs may be at most, before anybody waits for it. How many inputs say
+/// something is known of the samples alone: at least one.
+void check_sizes(const LearnTask& task, const VariantConfig& v) {
+  constexpr auto width = static_cast<std::size_t>(mlp_limits::width);
+  const auto problem = system_of(v).problem(v);
+  const std::size_t blocks = problem->horizon.blocks.size(), outputs = outputs_of(task, *problem),
+                    features = system_of(v).tools(v).features(*problem)->size();
+  if (task.samples.taught == Taught::cost) check_searched(task, v, static_cast<int>(blocks));
+  if (outputs > width)
+    throw ConfigError(fmt::format("--variant: '{}' has {} modes in {} blocks: {} scores (allowed: at most {})", v.name,
+                                  problem->modes.size(), blocks, outputs, width));
+  if (features > width)
+    throw ConfigError(
+        fmt::format("--variant: problems of '{}' have {} features (allowed: at most {})", v.name, features, width));
+  check_layers(task.training, 1, outputs);
+}
+
+/// The inputs that samples have something to say by.
+std::vector<MlpInput> inputs_to_teach(const LearnTask& task, const TrainingSet& set) {
+  std::vector<MlpInput> inputs = choose_inputs(set.features);
+  if (inputs.empty())
+    throw ConfigError(
+        fmt::format("--campaign: all {} samples of '{}' have the same features (allowed: scenarios in "
+                    "which something moves)",
+                    set.size(), task.campaign));
+  if (inputs.size() > static_cast<std::size_t>(mlp_limits::width))
+    throw ConfigError(fmt::format("--variant: features of '{}' are {} inputs (allowed: at most {})", task.variant,
+                                  inputs.size(), mlp_limits::width));
+  check_layers(task.training, inputs.size(), set.costs.empty() ? set.blocks * set.patterns.size() : 1);
+  return inputs;
 }
 
 Json losses_json(const Trained& trained) {
@@ -136,7 +184,7 @@ std::optional<LearnResult> learn(const LearnTask& task) {
   r.training_samples = set.size(), r.held_out_samples = held_out.size();
   r.training_hash = set.hash, r.held_out_hash = held_out.hash;
   r.training_scenarios = split.training_names, r.held_out_scenarios = split.held_out_names;
-  const std::vector<MlpInput> inputs = choose_inputs(set.features);
+  const std::vector<MlpInput> inputs = inputs_to_teach(task, set);
   const TaughtTargets targets = targets_of(set);
   r.trained = train_on(set, held_out, inputs, targets, task.training, [&](const Trained& t) {
     task.tell(fmt::format("learn: epoch {} of {}: loss {:.4g}, held out {:.4g}", t.epochs.size(), task.training.epochs,

@@ -17,6 +17,21 @@ constexpr double most_sequences = 1e6;
 /// Costs of one plan by different code may differ by rounding: this much, relative, is no violation.
 constexpr double rounding_allowance = 1e-12;
 
+/// A solver with a network in the place of the variant's own, made ready for a problem; or why it cannot be.
+struct TaughtSolver {
+  TaughtSolver(VariantConfig v, const AnyProblem& problem, const char* name, const std::string& network) {
+    v.learned.network = network;
+    try {
+      solver = make_solver(*find_row(system_of(v).solvers(), name), problem.model_type(), v);
+      solver->prepare(problem);
+    } catch (const std::invalid_argument& wrong) {
+      misfit = wrong.what();
+    }
+  }
+  AnySolverPtr solver;
+  std::string misfit;
+};
+
 class Keeper {
  public:
   Keeper(const InstanceSet& set, const VariantInstances& variant, const LedgerOptions& options)
@@ -31,9 +46,10 @@ class Keeper {
     for (const Contender& c : contenders_) c.solver->prepare(*problem_);
     for (const RecordedMotion& motion : set.motions)
       problems_.push_back(system_of(variant.config).problem(told(variant.config, motion)));
-    add_learned(M::policy, "policy", options.policy_network);
-    add_learned(M::learned_tail, "learned_tail", options.cost_network);
-    add_learned(M::taught_search, "branch_and_bound", options.policy_network);
+    const std::string policy = options.policy_network.value_or("nine_policy");
+    add_learned(M::policy, "policy", policy);
+    add_learned(M::learned_tail, "learned_tail", options.cost_network.value_or("nine_tail"));
+    add_learned(M::taught_search, "branch_and_bound", policy);
     prepare_bonmin(options.bonmin_states > 0);
   }
 
@@ -74,16 +90,10 @@ class Keeper {
     return state;
   }
 
-  /// Where the network fits the variant's problems.
+  /// Where the network fits the variant's problems; those that it does not fit have no such row.
   void add_learned(LedgerMethod method, const char* solver, const std::string& network) {
-    VariantConfig taught = variant_.config;
-    taught.learned.network = network;
-    Contender contender{method, solver_of(solver, taught)};
-    try {
-      contender.solver->prepare(*problem_);
-      contenders_.push_back(std::move(contender));
-    } catch (const std::invalid_argument&) {  // taught for others
-    }
+    TaughtSolver taught(variant_.config, *problem_, solver, network);
+    if (taught.misfit.empty()) contenders_.push_back({method, std::move(taught.solver)});
   }
 
   /// It may be left out, and a mode set may be beyond its equations.
@@ -205,6 +215,24 @@ void check_size(const std::string& name, const AnyProblem& problem) {
                     name, modes, blocks, joint ? ", joint" : "", most_sequences));
 }
 
+/// A network that somebody asked for must be of use somewhere.
+void require_fit(const char* option, const std::optional<std::string>& network, const char* solver,
+                 const InstanceSet& set) {
+  if (!network) return;
+  std::string misfits;
+  try {
+    for (const VariantInstances& v : set.variants) {
+      const TaughtSolver taught(v.config, *system_of(v.config).problem(v.config), solver, *network);
+      if (taught.misfit.empty()) return;
+      misfits += fmt::format("{}for '{}' it {}", misfits.empty() ? "" : "; ", v.name, taught.misfit);
+    }
+  } catch (const ConfigError& wrong) {
+    throw ConfigError(fmt::format("{}: {}", option, wrong.what()));
+  }
+  throw ConfigError(fmt::format("{}: '{}' fits no variant: {} (allowed: one that was taught on a variant's problems)",
+                                option, *network, misfits));
+}
+
 }  // namespace
 
 const char* to_string(LedgerMethod method) {
@@ -233,6 +261,8 @@ const char* to_string(LedgerMethod method) {
 
 std::vector<LedgerOfVariant> keep_ledger(const InstanceSet& set, const LedgerOptions& options) {
   std::vector<LedgerOfVariant> ledger;
+  require_fit("--policy", options.policy_network, "policy", set);
+  require_fit("--cost", options.cost_network, "learned_tail", set);
   for (const VariantInstances& variant : set.variants) {
     if (options.stop && options.stop()) break;
     check_size(variant.name, *system_of(variant.config).problem(variant.config));

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -74,13 +75,14 @@ struct LedgerOptions {
   std::size_t states = 200;        ///< a variant, spread evenly over its records
   std::size_t bonmin_states = 20;  ///< of these
   double bonmin_limit_s = 5.0;     ///< on each
-  std::string policy_network = "nine_policy", cost_network = "nine_tail";      ///< shipped ones, or files
+  /// Shipped networks, or files that were taken in: each must fit a variant. None: the shipped ones, where they fit.
+  std::optional<std::string> policy_network, cost_network;
   std::function<void(const std::string&, std::size_t, std::size_t)> progress;  ///< variant, states done, of
   std::function<bool()> stop;
 };
 
 /// Runs every method on the same states of each variant. Throws ConfigError for a variant whose exhaustive search would
-/// take more than a million sequences a state.
+/// take more than a million sequences a state, and for a network that was asked for and fits no variant.
 std::vector<LedgerOfVariant> keep_ledger(const InstanceSet& set, const LedgerOptions& options);
 
 /// A table a variant with a row a method; JSON has every state's costs too, CSV a line a state and method.

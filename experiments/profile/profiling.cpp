@@ -34,12 +34,15 @@ Campaign campaign_of(const ProfileTask& task) {
 InstanceSet instances_of(const ProfileTask& task, std::string& source) {
   if (is_of_log(task)) {
     source = fmt::format("instances posed by the measurements of {}", task.campaign);
-    return record_instances(read_told_log(task), task.selection.variants, task.per_variant, task.options.interrupted);
+    const RecordedRun run = read_told_log(task);
+    if (!task.record.empty()) require_carried(recorded_campaign(run, task.selection.variants));
+    return record_instances(run, task.selection.variants, task.per_variant, task.options.interrupted);
   }
   if (task.document || !task.campaign.empty() || !task.record.empty()) {
     const Campaign campaign = campaign_of(task);
     source = fmt::format("instances recorded from campaign {}",
                          task.document || task.campaign.empty() ? campaign.name : task.campaign);
+    if (!task.record.empty()) require_carried(campaign);
     task.tell("profile: recording closed loops");
     return record_instances(campaign, task.per_variant, task.options.interrupted);
   }

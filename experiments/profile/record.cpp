@@ -1,6 +1,8 @@
 #include "experiments/profile/record.hpp"
 
 #include "controllers/instances/recording_solver.hpp"
+#include "controllers/networks.hpp"
+#include "controllers/variant_keys.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/campaign/library.hpp"
 #include "experiments/campaign/simulate.hpp"
@@ -25,6 +27,13 @@ bool differ(double value, double expected) {
   return !(std::abs(value - expected) <= window_tolerance * std::max(1.0, std::abs(expected)));
 }
 
+/// Whether a key of a variant may name a file in place of a table: those that the system reads by hand. Others, such as
+/// the summary, are texts whatever they end with.
+bool may_be_file_of_table(const VariantConfig& v, std::string_view key) {
+  const VariantKey* known = find_variant_key(system_of(v), key);
+  return !known || std::holds_alternative<std::monostate>(known->member);
+}
+
 /// The variant's table as the campaign has it, files of tables replaced by their content, with the sampling that it
 /// had: a set has no scenarios to say one.
 std::string variant_toml(const Campaign& campaign, const VariantConfig& v) {
@@ -34,8 +43,9 @@ std::string variant_toml(const Campaign& campaign, const VariantConfig& v) {
   if (v.own_timing.period_ms) timing.insert("period_ms", *v.own_timing.period_ms);
   if (!timing.empty()) table.insert_or_assign("timing", timing);
   for (auto&& [key, node] : toml::table(table))
-    if (const auto file = node.value<std::string>(); file && file->ends_with(".toml"))
-      table.insert_or_assign(key, toml::parse(campaign.resolved->linked(*file).value()));
+    if (const auto file = node.value<std::string>();
+        file && file->ends_with(".toml") && may_be_file_of_table(v, key.str()))
+      if (const auto text = campaign.resolved->linked(*file)) table.insert_or_assign(key, toml::parse(*text));
   return toml_text(table);
 }
 
@@ -189,6 +199,15 @@ void keep_run(double duration_s, std::size_t count, std::uint32_t motion, const 
 }
 
 }  // namespace
+
+void require_carried(const Campaign& campaign) {
+  for (const VariantConfig& v : campaign.variants)
+    if (is_network_file(v.learned.network))
+      throw ConfigError(
+          fmt::format("--record: variant '{}' has learned.network = '{}', a file that problems do not carry along "
+                      "(allowed: variants without a network, or with a shipped one)",
+                      v.name, v.learned.network));
+}
 
 InstanceSet record_instances(const Campaign& campaign, std::size_t per_variant, const Interrupted& interrupted) {
   InstanceSet set = with_motions(campaign);

@@ -21,4 +21,8 @@ InstanceSet record_instances(const Campaign& campaign, std::size_t per_variant, 
 InstanceSet record_instances(const RecordedRun& run, const std::vector<std::string>& variants, std::size_t per_variant,
                              const Interrupted& interrupted = {});
 
+/// A file of problems has the tables of its variants and no networks. Throws ConfigError, naming --record, for a
+/// variant whose network is a file.
+void require_carried(const Campaign& campaign);
+
 }  // namespace solenoid

@@ -8,6 +8,8 @@
 #include "tests/experiments/program_under_test.hpp"
 
 #include <cmath>
+#include <filesystem>
+#include <limits>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -18,6 +20,7 @@ namespace solenoid {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 /// Half the squared distance to what is wanted.
 double squared_distance(const Samples<double>& outputs, const Samples<double>& wanted) {
@@ -173,8 +176,7 @@ TEST(Learning, TheCommandTeachesBothKindsTheSameEachTimeAndTheProgramRunsThem) {
       EXPECT_EQ(nlohmann::json::parse(run.out)["kind"], kind);
     }
     EXPECT_EQ(test::text_of(folder / (kind + "a/network.toml")), test::text_of(folder / (kind + "b/network.toml")));
-    EXPECT_EQ(test::text_of(folder / (kind + "a/manifest.json")).size(),
-              test::text_of(folder / (kind + "b/manifest.json")).size());
+    EXPECT_EQ(test::text_of(folder / (kind + "a/manifest.json")), test::text_of(folder / (kind + "b/manifest.json")));
     const test::ProgramRun judged = run_program(
         folder, "learn evaluate nine_robust --campaign c.toml --states 50 --passes 1 --format json --network " + kind +
                     "a/network.toml");
@@ -198,16 +200,58 @@ motor = "in_prediction"
   ASSERT_EQ(again.exit_code, 0) << again.err;  // the network is carried along
 }
 
+TEST(Judging, AGapIsOfTheOptimumAndNoneWithinRounding) {
+  EXPECT_DOUBLE_EQ(gap_above(1.5, 1.0), 0.5);
+  EXPECT_DOUBLE_EQ(gap_above(0.5, 1.0), -0.5);  // no optimum, and to be seen
+  EXPECT_EQ(gap_above(1.0 + 1e-15, 1.0), 0.0);
+  EXPECT_EQ(gap_above(1.0 - 1e-15, 1.0), 0.0);
+  EXPECT_EQ(gap_above(0.0, 0.0), 0.0);  // at rest
+  EXPECT_EQ(gap_above(1e-300, 0.0), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(gap_above(std::numeric_limits<double>::infinity(), 1.0), std::numeric_limits<double>::infinity());
+}
+
 TEST(Learning, WhatCannotBeTaughtIsRefusedInWords) {
   const test::Folder folder;
   folder.write("c.toml", small_campaign);
+  folder.write("one_block.toml", std::string(small_campaign) + R"(
+[variant.one]
+valves = "two_way"
+motor = "in_prediction"
+solver = "branch_and_bound"
+horizon = { steps = 20, blocks = [4] }
+)");
+  folder.write("rest.toml", R"(
+[[scenario]]
+name = "taught"
+system = "thrusters"
+trajectory = {}
+duration_s = 2.0
+[[scenario]]
+name = "held_out"
+system = "thrusters"
+trajectory = {}
+duration_s = 2.0
+)");
   folder.write("alone.toml", "[[scenario]]\nname = \"taught\"\ntrajectory = { kind = \"step\" }\n");
-  const auto refusal = [&](const std::string& arguments) { return run_program(folder, "learn " + arguments).err; };
+  const auto refusal = [&](const std::string& arguments) { return test::refusal_of(folder, "learn " + arguments); };
   EXPECT_THAT(refusal("policy --campaign alone.toml"), HasSubstr("0 to judge"));
   EXPECT_THAT(refusal("policy --campaign c.toml --variant sliding_three_mode"), HasSubstr("is a law"));
   EXPECT_THAT(refusal("cost --campaign c.toml --searched-blocks 4"), HasSubstr("allowed: 1 to 3"));
   EXPECT_THAT(refusal("evaluate nine_robust --campaign c.toml"), HasSubstr("no learned.network"));
-  EXPECT_THAT(refusal("evaluate nine_robust --campaign c.toml --network none.toml"), HasSubstr("cannot be read"));
+  EXPECT_THAT(refusal("evaluate nine_robust --campaign c.toml --network none.toml"),
+              HasSubstr("--network: none.toml cannot be read"));
+  EXPECT_THAT(refusal("cost --campaign one_block.toml --variant one"), HasSubstr("--variant: 'one' has one block"));
+  EXPECT_THAT(refusal("policy --campaign rest.toml --variant flyer_single --states 20 --perturbed 0 --out rest"),
+              HasSubstr("--campaign: all "));
+  for (const char* kind : {"policy", "cost"}) {
+    const std::string from = std::string(kind) + " --campaign c.toml --out none";
+    const std::string layers = refusal(from + " --hidden 8,8,8,8,8,8,8,8,8");
+    EXPECT_THAT(layers, HasSubstr("--hidden: 9 layers (allowed: at most 7)"));
+    EXPECT_THAT(layers, Not(HasSubstr("recording")));  // before anything runs
+    EXPECT_THAT(refusal(from + " --hidden 1024,1024"), HasSubstr("--hidden: at least 10"));
+    EXPECT_THAT(refusal(from + " --variant servo_robust"), HasSubstr("variant 'servo_robust': the solver"));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "none"));
 }
 
 }  // namespace

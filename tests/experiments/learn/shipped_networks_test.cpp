@@ -2,13 +2,16 @@
 #include "controllers/networks.hpp"
 #include "core/config/reader.hpp"
 #include "experiments/base/embedded.hpp"
+#include "experiments/base/files.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/profile/shipped_instances.hpp"
+#include "tests/experiments/program_under_test.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
 
 namespace solenoid {
 namespace {
@@ -81,6 +84,24 @@ TEST(ShippedNetworks, AreNetworksOfBoundedSize) {
       EXPECT_NO_THROW(read_mlp(std::string(embedded_text(name)), name));
     }
   EXPECT_GE(networks, 2);
+}
+
+/// A manifest is of its network, and has everything that the network is made again with.
+TEST(ShippedNetworks, HaveTheManifestsThatTheProgramWroteBesideThem) {
+  const std::string folder = SOLENOID_SOURCE_DIR "/experiments/systems/actuator/data/networks/";
+  for (const std::string name : {"nine_policy", "nine_tail"}) {
+    const std::string text = test::text_of(folder + name + ".toml");
+    const MlpData network = read_mlp(text, name);
+    const nlohmann::json manifest = nlohmann::json::parse(test::text_of(folder + name + ".manifest.json"));
+    EXPECT_EQ(manifest["network"], fingerprint(text)) << name;
+    EXPECT_EQ(manifest["kind"], network.kind);
+    EXPECT_EQ(manifest["layout"], network.layout);
+    EXPECT_EQ(manifest["settings"]["activation"], "relu");
+    EXPECT_EQ(manifest["interrupted"], false);
+    ASSERT_TRUE(manifest["data"].contains("ways")) << name;
+    EXPECT_EQ(manifest["data"]["ways"].is_number(), network.kind == "cost") << name;
+    EXPECT_EQ(manifest["losses"].size(), manifest["settings"]["epochs"]);
+  }
 }
 
 TEST(ShippedNetworks, OneThatThereIsNotIsRefusedWithItsName) {

@@ -8,11 +8,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
 namespace solenoid {
 namespace {
+
+using testing::HasSubstr;
 
 InstanceSet shipped(const std::string& variant) {
   InstanceSet set = parse_instances(shipped_instance_bytes(), shipped_instances_name);
@@ -59,6 +61,20 @@ TEST(Ledger, WhatIsLearnedIsThereWhereItsNetworkFits) {
     optimal += state.of(LedgerMethod::policy).cost == state.bound;
   }
   EXPECT_GE(optimal, 30);  // of 40: these are of other motions than it was taught on
+}
+
+/// What nobody asked for may be of no use; what somebody asked for is used or refused.
+TEST(Ledger, ANetworkThatIsAskedForFitsAVariantOrIsRefusedByItsOption) {
+  const test::Folder folder;
+  const std::string few = "ledger --states 2 --bonmin 0 --variant ";
+  const auto refusal = [&](const std::string& arguments) { return test::refusal_of(folder, few + arguments); };
+  EXPECT_THAT(refusal("nine_state --policy nine_policy"), HasSubstr("--policy: 'nine_policy' fits no variant"));
+  EXPECT_THAT(refusal("nine_robust --policy nine_tail"), HasSubstr("is of kind 'cost', not 'policy'"));
+  EXPECT_THAT(refusal("nine_robust --cost nine_policy"), HasSubstr("--cost: 'nine_policy' fits no variant"));
+  EXPECT_THAT(refusal("nine_robust --cost nobody"), HasSubstr("--cost: 'nobody' is no network"));
+  EXPECT_THAT(refusal("nine_robust --policy none.toml"), HasSubstr("--policy: none.toml cannot be read"));
+  const test::ProgramRun one_fits = test::run_program(folder, few + "nine_state,nine_robust --policy nine_policy");
+  EXPECT_EQ(one_fits.exit_code, 0) << one_fits.err;
 }
 
 TEST(Ledger, GapsAtABoundOfZeroAndListedViolations) {
