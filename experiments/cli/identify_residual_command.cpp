@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <iterator>
 #include <memory>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -56,6 +57,19 @@ std::vector<Record> records_of(const std::vector<std::string>& paths, const LogS
   return records;
 }
 
+/// The logs that are predicted in, at least in part. Throws ConfigError where nothing can be predicted.
+PredictionError judged_on(const std::vector<std::string>& logs, const std::vector<Record>& records,
+                          const VariantConfig& v, const ForceResidual& residual) {
+  const PredictionError found = prediction_error(records, v, residual);
+  if (found.predictions > 0) return found;
+  const int ticks = PredictionError::settled_ticks + PredictionError::ahead_ticks;
+  throw ConfigError(
+      fmt::format("{}: no prediction can be judged in records such as this of {:.2f} s at {:g} ms (allowed: logs at "
+                  "the tick of '{}', {:g} ms, and more than {:g} s of them without a gap)",
+                  fmt::join(logs, ", "), records.front().duration_s(), 1e3 * records.front().period_s, v.name,
+                  1e3 * v.timing.tick_s, ticks * v.timing.tick_s));
+}
+
 /// Names without folders, and one hash of all contents.
 ResidualSource source_of(const ResidualArguments& options) {
   std::vector<std::string> names;
@@ -67,12 +81,19 @@ ResidualSource source_of(const ResidualArguments& options) {
   return {fmt::format("{}", fmt::join(names, ", ")), fingerprint(contents), options.variant};
 }
 
-Result result_of(const ResidualFinding& found, const PredictionError& predicted, bool tested) {
+/// What the held-out samples say, or why there are none.
+std::string told_of(const std::optional<HeldOutForce>& held) {
+  if (!held) return "no sample was held out: no log has more than 4 s of motion";
+  return fmt::format("{:.1f} % of {} held-out samples are inside the 95 % band", 100 * held->inside_95, held->samples);
+}
+
+Result result_of(const ResidualFinding& found, const PredictionError& predicted, std::size_t records, bool tested) {
   using Column = Table::Column;
   Table table{.name = "residual",
               .columns = {Column("quantity", "", "<"), Column("without", "without", ".4g"),
                           Column("with", "with", ".4g"), Column("unit", "unit", "<")}};
-  table.add({"force left in held-out seconds", found.held_out_without_n, found.held_out_with_n, "N rms"});
+  const std::optional<HeldOutForce>& held = found.held_out;
+  if (held) table.add({"force left in held-out seconds", held->without_n, held->with_n, "N rms"});
   table.add({fmt::format("position after {} ticks", PredictionError::ahead_ticks), 1e3 * predicted.without_m,
              1e3 * predicted.with_m, "mm rms"});
   table.add({"log likelihood", found.without_residual, found.log_likelihood, ""});
@@ -83,22 +104,34 @@ Result result_of(const ResidualFinding& found, const PredictionError& predicted,
       fmt::format("{} samples, {:.3g} to {:.3g} m/s, {:.3g} to {:.3g} m; noise {:.2g} N; payload {} kg", found.samples,
                   found.velocity_range_m_s[0], found.velocity_range_m_s[1], found.position_range_m[0],
                   found.position_range_m[1], found.noise_n, fmt::join(payloads, ", ")),
-      fmt::format("{:.1f} % of the held-out samples are inside the 95 % band", 100 * found.held_out_covered),
+      told_of(held),
       fmt::format("predictions on {}: {}, {:.1f} % of the ticks where no data were",
                   tested ? "the --test logs" : "the same logs", predicted.predictions, 100 * predicted.outside)};
+  if (predicted.records < records)
+    table.notes.back() += fmt::format("; {} of {} records have another tick or are too short for predictions",
+                                      records - predicted.records, records);
   return {.facts = {{"samples", found.samples},
-                    {"held_out_inside_95", found.held_out_covered},
+                    {"held_out_inside_95", held ? Json(held->inside_95) : Json()},
                     {"predictions", predicted.predictions},
                     {"outside", predicted.outside}},
           .tables = {table},
           .plot = residual_plot(found)};
 }
 
+/// Throws ConfigError for a file that the key would refuse.
+void check_out(const std::string& out) {
+  if (!out.ends_with(".toml"))
+    throw ConfigError(
+        fmt::format("--out: '{}' is no file that the key `residual` takes (allowed: a file in .toml)", out));
+}
+
 int identify_residual_of(ResidualArguments& options) {
+  check_out(options.out);
   const VariantConfig variant = believing(options);
   options.log.plane = options.plane == "vertical" ? Plane::vertical : Plane::horizontal;
   options.log.valves = variant.modes;
-  const std::vector<Record> records = records_of(options.logs, options.log);
+  const std::vector<Record> records = records_of(options.logs, options.log),
+                            tests = records_of(options.tests, options.log);
   std::vector<std::vector<ResidualSample>> samples;
   for (const Record& r : records)
     samples.push_back(residual_samples(r, actuator(variant).nominal, actuator(variant).estimation.pressure_filter_hz));
@@ -109,18 +142,18 @@ int identify_residual_of(ResidualArguments& options) {
       throw ConfigError(fmt::format("{}: {}", fmt::join(options.logs, ", "), error.what()));
     }
   }();
-  const PredictionError learned = prediction_error(records, variant, found.residual());
-  if (learned.worse())
+  const ForceResidual residual = found.residual();
+  const PredictionError learned = judged_on(options.logs, records, variant, residual);
+  if (!learned.better())
     throw ConfigError(fmt::format(
-        "{}: the position {} ticks ahead is predicted worse with it, to {:.4f} mm where it was "
+        "{}: the position {} ticks ahead is predicted no better with it, to {:.4f} mm where it was "
         "{:.4f} mm without; no file is written (allowed: logs of motion to and fro, at the "
         "speeds that are wanted)",
         fmt::join(options.logs, ", "), PredictionError::ahead_ticks, 1e3 * learned.with_m, 1e3 * learned.without_m));
+  const bool tested = !tests.empty();
+  const PredictionError predicted = tested ? judged_on(options.tests, tests, variant, residual) : learned;
   write_file_atomically(options.out, residual_file(found, source_of(options)));
-  const bool tested = !options.tests.empty();
-  const PredictionError predicted =
-      tested ? prediction_error(records_of(options.tests, options.log), variant, found.residual()) : learned;
-  Result result = result_of(found, predicted, tested);
+  Result result = result_of(found, predicted, (tested ? tests : records).size(), tested);
   result.notes = {fmt::format("Residual: {0}; a variant takes it as residual = \"{0}\"", options.out)};
   options.output.write(result);
   return success;

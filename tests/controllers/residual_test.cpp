@@ -53,6 +53,8 @@ TEST(ResidualVariants, WhatDoesNotPredictWithOneIsRefused) {
   EXPECT_THAT(residual_refusal("solver = \"policy\""), HasSubstr("key 'learned': 'policy' has no network"));
   EXPECT_THAT(test::refusal_of("residual = {}"), HasSubstr("explains anything"));
   EXPECT_THAT(test::refusal_of("residual = \"not_there.toml\""), HasSubstr("not_there.toml"));
+  EXPECT_THAT(test::refusal_of("residual = \"found.txt\""),
+              AllOf(HasSubstr("found.txt"), HasSubstr("allowed: a file in .toml")));
 }
 
 /// A slide with twice the Coulomb friction that is believed, driven to and fro by the motor, through both estimators.

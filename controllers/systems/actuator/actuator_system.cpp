@@ -56,7 +56,10 @@ void read_model(TableReader& table, ActuatorVariant& v) {
 /// A table, or a file of one; none is no residual.
 void read_residual(TableReader& table, ActuatorVariant& v) {
   if (!table.has("residual")) return;
-  TableReader residual = table.is_table("residual") ? table.table("residual") : table.file_table("residual");
+  const bool is_file = !table.is_table("residual");
+  if (is_file && !table.text("residual").ends_with(".toml"))
+    table.fail("residual", fmt::format("'{}' (allowed: a file in .toml, or a table)", table.text("residual")));
+  TableReader residual = is_file ? table.file_table("residual") : table.table("residual");
   v.residual = read_force_residual(residual);
   if (v.residual.empty())
     table.fail("residual",

@@ -14,7 +14,8 @@ constexpr double bend_m_s = 0.01;        // below, the velocity's coordinate is 
 constexpr double slowest_m_s = 2e-3;     // of residual_samples(); from here to rest the force goes to zero in a line
 constexpr std::size_t branch_knots = 6;  // of a direction of motion
 constexpr double fade = 0.15;            // beyond the data, of their range, to zero
-constexpr std::size_t fewest_kept = 60, most_kept = 1200, most_for_search = 600;
+constexpr double kept_sample_s = 0.02;   // of residual_samples()
+constexpr std::size_t fewest_kept = 60, fewest_each_way = 15, most_kept = 1200, most_for_search = 600;
 constexpr double payload_sigma_kg = 0.3;
 constexpr double least_gain = 3.0;  // in log likelihood, for a residual to be worth having
 constexpr double least_trust = 0.05;
@@ -86,15 +87,17 @@ void make_hats(ResidualShare& share) {
   share.hats = HatSum(share.knots, values);
 }
 
-/// Knots of one direction from slow to fast; none where there are hardly any data.
-std::vector<double> knots_of_branch(const Samples& samples, int branch) {
+/// The greatest speed of a direction.
+double fastest_of(const Samples& samples, int branch) {
   double fastest = 0.0;
-  std::size_t count = 0;
-  for (const ResidualSample& s : samples)
-    if (s.velocity_m_s * branch > 0) fastest = std::max(fastest, std::abs(s.velocity_m_s)), ++count;
+  for (const ResidualSample& s : samples) fastest = std::max(fastest, branch * s.velocity_m_s);
+  return fastest;
+}
+
+/// Knots of one direction from slow to fast.
+std::vector<double> knots_of_branch(const Samples& samples, int branch) {
   std::vector<double> knots;
-  if (count < branch_knots || fastest < 2 * slowest_m_s) return knots;
-  const double first = velocity_coordinate(slowest_m_s).z, last = velocity_coordinate(fastest).z;
+  const double first = velocity_coordinate(slowest_m_s).z, last = velocity_coordinate(fastest_of(samples, branch)).z;
   for (std::size_t i = 0; i < branch_knots; ++i)
     knots.push_back(velocity_at(first + (last - first) * static_cast<double>(i) / (branch_knots - 1.0)));
   return knots;
@@ -107,19 +110,20 @@ ResidualShare velocity_share(const Samples& samples, const GaussianProcess& proc
   const std::vector<double> forth = knots_of_branch(samples, 1);
   std::ranges::reverse(back);
   for (double& v : back) v = -v;
-  add_zero(share, back.empty() ? -slowest_m_s : (1.0 + fade) * back.front());
+  add_zero(share, (1.0 + fade) * back.front());
   add_knots(share, process, back);
   add_zero(share, 0.0);
   add_knots(share, process, forth);
-  add_zero(share, forth.empty() ? slowest_m_s : (1.0 + fade) * forth.back());
+  add_zero(share, (1.0 + fade) * forth.back());
   make_hats(share);
   return share;
 }
 
-/// What the held-out samples say of a fit to the others.
-void judge(const GpData& data, const GpData& bare, const GpHyper& hyper, const GpHyper& bare_hyper,
-           const std::vector<std::size_t>& kept, const std::vector<std::size_t>& held, ResidualFinding& found) {
-  if (held.empty() || kept.empty()) return;
+/// What the held-out samples say of a fit to the others; nothing where there are none.
+std::optional<HeldOutForce> judged(const GpData& data, const GpData& bare, const GpHyper& hyper,
+                                   const GpHyper& bare_hyper, const std::vector<std::size_t>& kept,
+                                   const std::vector<std::size_t>& held) {
+  if (held.empty() || kept.empty()) return std::nullopt;
   const GaussianProcess with(data.part(kept), hyper), without(bare.part(kept), bare_hyper);
   double squares_with = 0.0, squares_without = 0.0, inside = 0.0;
   for (const std::size_t at : held) {
@@ -131,10 +135,29 @@ void judge(const GpData& data, const GpData& bare, const GpHyper& hyper, const G
     inside += std::abs(error) <= 1.96 * std::sqrt(a.variance) ? 1.0 : 0.0;
   }
   const auto n = static_cast<double>(held.size());
-  found.held_out = held.size();
-  found.held_out_with_n = std::sqrt(squares_with / n);
-  found.held_out_without_n = std::sqrt(squares_without / n);
-  found.held_out_covered = inside / n;
+  return HeldOutForce{held.size(), std::sqrt(squares_without / n), std::sqrt(squares_with / n), inside / n};
+}
+
+/// Enough motion, and to and fro.
+void require_motion(const std::vector<Samples>& logs) {
+  Samples all;
+  for (const Samples& log : logs) all.insert(all.end(), log.begin(), log.end());
+  const auto seconds = [](std::size_t samples) { return kept_sample_s * static_cast<double>(samples); };
+  if (all.size() < fewest_kept)
+    throw ConfigError(
+        fmt::format("the slide moves for {:.1f} s in these logs (allowed: {:.1f} s and more, faster than "
+                    "2 mm/s)",
+                    seconds(all.size()), seconds(fewest_kept)));
+  for (const int branch : {-1, 1}) {
+    const auto n = static_cast<std::size_t>(
+        std::ranges::count_if(all, [branch](const ResidualSample& s) { return branch * s.velocity_m_s > 0.0; }));
+    if (n < fewest_each_way || fastest_of(all, branch) < 2 * slowest_m_s)
+      throw ConfigError(
+          fmt::format("the slide moves {} for {:.2f} s in these logs, and motion one way does not tell friction from "
+                      "gravity and payload (allowed: motion to and fro, {:.1f} s and more each way, faster than "
+                      "{:.0f} mm/s)",
+                      branch > 0 ? "forth" : "back", seconds(n), seconds(fewest_each_way), 2e3 * slowest_m_s));
+  }
 }
 
 void take_ranges(const Samples& samples, ResidualFinding& found) {
@@ -149,17 +172,13 @@ void take_ranges(const Samples& samples, ResidualFinding& found) {
 ForceResidual ResidualFinding::residual() const { return {velocity.hats, {}}; }
 
 ResidualFinding identify_residual(const std::vector<std::vector<ResidualSample>>& logs) {
+  require_motion(logs);
   Pooled pooled;
   pooled.logs = logs.size();
   Samples& samples = pooled.samples;
   std::vector<std::size_t> kept, held;
   std::size_t total = 0;
   for (const Samples& log : logs) total += log.size();
-  if (total < fewest_kept)
-    throw ConfigError(
-        fmt::format("the slide moves for {:.1f} s in these logs (allowed: {:.1f} s and more, faster than "
-                    "2 mm/s)",
-                    0.02 * static_cast<double>(total), 0.02 * static_cast<double>(fewest_kept)));
   for (std::size_t l = 0; l < logs.size(); ++l)
     for (const std::size_t i : thinned(logs[l].size(), std::max<std::size_t>(1, most_kept * logs[l].size() / total))) {
       (i / fold_samples % fold == fold - 1 ? held : kept).push_back(samples.size());
@@ -178,7 +197,7 @@ ResidualFinding identify_residual(const std::vector<std::vector<ResidualSample>>
         fmt::format("nothing to learn: the force that is left is as likely noise (log likelihood {:.1f}, "
                     "with a residual {:.1f})",
                     found.without_residual, found.log_likelihood));
-  judge(data, bare, hyper, bare_hyper, kept, held, found);
+  found.held_out = judged(data, bare, hyper, bare_hyper, kept, held);
   take_ranges(samples, found);
   found.noise_n = hyper.noise;
   for (std::size_t l = 0; l < logs.size(); ++l) {

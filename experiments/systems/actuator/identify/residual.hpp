@@ -6,6 +6,7 @@
 #include "experiments/systems/actuator/identify/residual_samples.hpp"
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,13 @@ struct ResidualShare {
   HatSum hats;  ///< mean times trust
 };
 
+/// Of every fifth second of motion, with what the other four say.
+struct HeldOutForce {
+  std::size_t samples = 0;
+  double without_n = 0.0, with_n = 0.0;  ///< root mean square [N] of what is left without and with the residual
+  double inside_95 = 0.0;                ///< share of the samples within the 95 % band
+};
+
 /// A residual with how well it is known.
 struct ResidualFinding {
   ResidualShare velocity;
@@ -29,11 +37,8 @@ struct ResidualFinding {
   std::array<double, 2> velocity_range_m_s{}, position_range_m{};  ///< of the data
   std::vector<GpValue> payload_kg;                                 ///< of each log
   double log_likelihood = 0.0, without_residual = 0.0;
-  /// Of every fifth second, with what the other four say: root mean square [N] of what is left without and with the
-  /// residual, payload in both; share of samples within the 95 % band.
-  std::size_t held_out = 0;
-  double held_out_without_n = 0.0, held_out_with_n = 0.0, held_out_covered = 0.0;
-  std::vector<ResidualSample> drawn;  ///< the samples, payload taken out
+  std::optional<HeldOutForce> held_out;  ///< payload in both; none where no log has more than 4 s of motion
+  std::vector<ResidualSample> drawn;     ///< the samples, payload taken out
 
   ForceResidual residual() const;
 };
@@ -42,7 +47,8 @@ struct ResidualFinding {
 /// of motion are branches of their own, on which the coordinate is asinh(|v|/1 cm/s), fine where friction bends; the
 /// payload of each log is a linear term. Each entry of `logs` is a record's samples, in their order in time.
 ///                                                                                       [residual.md, section 2]
-/// Throws ConfigError for too few samples, or samples that are as likely without any residual.
+/// Throws ConfigError for too few samples, or hardly any of one direction: friction could not be told from gravity and
+/// payload; and for samples that are as likely without any residual.
 ResidualFinding identify_residual(const std::vector<std::vector<ResidualSample>>& logs);
 
 /// Where a residual is from, for its file.

@@ -1,6 +1,8 @@
+#include "core/config/document.hpp"
 #include "experiments/systems/actuator/identify/residual.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,11 +16,14 @@ std::string numbers(const std::vector<double>& values) {
   return fmt::format("[{}]", fmt::join(texts, ", "));
 }
 
-std::string share_text(const char* name, const char* knots_key, const HatSum& hats) {
-  return fmt::format("\n[{}]\n{} = {}\nforce_n = {}\n", name, knots_key,
+std::string velocity_text(const HatSum& hats) {
+  return fmt::format("\n[velocity]\nknots_m_s = {}\nforce_n = {}\n",
                      numbers({hats.knots().begin(), hats.knots().end()}),
                      numbers({hats.values().begin(), hats.values().end()}));
 }
+
+/// A key whose text may hold anything, as the names of files do.
+std::string text_key(const char* key, const std::string& text) { return toml_text(toml::table{{key, text}}) + "\n"; }
 
 std::string sigma_text(const char* name, const ResidualShare& share) {
   std::vector<double> sigma;
@@ -27,30 +32,38 @@ std::string sigma_text(const char* name, const ResidualShare& share) {
                      name, share.kernel.sigma, share.kernel.length, numbers(sigma), numbers(share.trust));
 }
 
-/// Lines of "x low high mean" over the knots of one share, and of its hats.
+/// Lines of "x low high mean" over the knots of one share. Where nothing is known the band has a gap: one empty line
+/// however many such knots there are, for two would begin gnuplot's next index.
 std::string band(const ResidualShare& share) {
   std::string text;
+  bool gap = false;
   for (std::size_t i = 0; i < share.knots.size(); ++i) {
     const double half = 1.96 * std::sqrt(share.found[i].variance), mean = share.found[i].mean;
-    if (share.trust[i] == 0.0)
-      text += "\n";  // the band has a gap where nothing is known
-    else
-      text += fmt::format("{:.6g} {:.6g} {:.6g} {:.6g}\n", share.knots[i], mean - half, mean + half, mean);
+    if (share.trust[i] == 0.0) {
+      gap = !text.empty();
+      continue;
+    }
+    if (std::exchange(gap, false)) text += "\n";
+    text += fmt::format("{:.6g} {:.6g} {:.6g} {:.6g}\n", share.knots[i], mean - half, mean + half, mean);
   }
   return text;
+}
+
+std::string held_out_text(const HeldOutForce& held) {
+  return fmt::format("held_out_samples = {}\nheld_out_rms_n = {}  # without and with it\nheld_out_inside_95 = {:.4g}\n",
+                     held.samples, numbers({held.without_n, held.with_n}), held.inside_95);
 }
 
 }  // namespace
 
 std::string residual_file(const ResidualFinding& found, const ResidualSource& source) {
-  std::string text = fmt::format(
-      "# A force that the model of {} leaves out, by `solenoid identify residual` from {}.\n"
-      "# A variant takes it as residual = \"THIS FILE\".\n",
-      source.believes, source.logs);
-  text += share_text("velocity", "knots_m_s", found.velocity.hats);
+  std::string text =
+      "# A force that a model leaves out, by `solenoid identify residual`; which model, and from what, is below.\n"
+      "# A variant takes it as residual = \"THIS FILE\".\n";
+  text += velocity_text(found.velocity.hats);
   text += "\n[identified]\n";
-  text += fmt::format("logs = \"{}\"\ndata = \"{}\"\nmodel_of = \"{}\"\nsamples = {}\n", source.logs, source.hash,
-                      source.believes, found.samples);
+  text += text_key("logs", source.logs) + text_key("data", source.hash) + text_key("model_of", source.believes);
+  text += fmt::format("samples = {}\n", found.samples);
   std::vector<double> payload, payload_sigma;
   for (const GpValue& value : found.payload_kg) {
     payload.push_back(value.mean);
@@ -63,10 +76,7 @@ std::string residual_file(const ResidualFinding& found, const ResidualSource& so
   text += fmt::format("noise_n = {:.6g}\n", found.noise_n) + sigma_text("velocity", found.velocity);
   text += fmt::format("log_likelihood = {:.6g}\nlog_likelihood_of_noise_alone = {:.6g}\n", found.log_likelihood,
                       found.without_residual);
-  text +=
-      fmt::format("held_out_samples = {}\nheld_out_rms_n = {}  # without and with it\nheld_out_inside_95 = {:.4g}\n",
-                  found.held_out, numbers({found.held_out_without_n, found.held_out_with_n}), found.held_out_covered);
-  return text;
+  return found.held_out ? text + held_out_text(*found.held_out) : text;
 }
 
 Plot residual_plot(const ResidualFinding& found) {

@@ -14,7 +14,6 @@ namespace {
 
 constexpr double judged_width_s = 0.004;  // of the Gaussian on what was measured
 constexpr int judged_every = 10;          // ticks
-constexpr int judged_from = 500;          // ticks: the estimator settles
 
 struct Squares {
   double sum = 0.0, outside = 0.0;
@@ -33,16 +32,18 @@ Measurement measured_at(const Record& r, std::size_t t) {
 /// One record through the estimator, with predictions by the same model.
 void judge_record(const Record& r, const VariantConfig& v, const ForceResidual& residual, const ForceResidual& covering,
                   Squares& found) {
-  const ActuatorVariant& own = actuator(v);
-  EstimatorTuning tuning = own.estimation;
+  ActuatorParameters believed = actuator(v).nominal;
+  believed.plane = r.plane;
+  EstimatorTuning tuning = actuator(v).estimation;
   tuning.residual = residual;
-  Estimator estimator = make_estimator(v.estimator, PneumaticActuator(own.nominal), tuning);
-  const ModeSet modes = valve_modes(r.valves, own.nominal);
+  Estimator estimator = make_estimator(v.estimator, PneumaticActuator(believed), tuning);
+  const ModeSet modes = valve_modes(r.valves, believed);
   const SwitchTiming timing(modes, r.period_s);
   CommandsInFlight in_flight(modes, r.period_s);
-  ResidualActuator model(own.nominal, MotorGains{0.0, 0.0}, residual);
+  ResidualActuator model(believed, MotorGains{0.0, 0.0}, residual);
   const std::vector<double> truth = gaussian(r.position_m, r.period_s, judged_width_s);
-  constexpr auto ahead = static_cast<std::size_t>(PredictionError::ahead_ticks);
+  constexpr auto ahead = static_cast<std::size_t>(PredictionError::ahead_ticks),
+                 judged_from = static_cast<std::size_t>(PredictionError::settled_ticks);
   for (std::size_t t = 0; t + ahead < r.size(); ++t) {
     in_flight.catch_up(measured_at(r, t), estimator);
     const auto x = first<4>(estimator.update(measured_at(r, t)));
@@ -75,14 +76,20 @@ void judge_record(const Record& r, const VariantConfig& v, const ForceResidual& 
 PredictionError prediction_error(const std::vector<Record>& records, const VariantConfig& v,
                                  const ForceResidual& residual) {
   Squares without, with;
+  std::size_t judged = 0;
   for (const Record& r : records) {
     if (std::abs(r.period_s - v.timing.tick_s) > 1e-6) continue;
     judge_record(r, v, {}, residual, without);
+    const std::size_t before = with.predictions;
     judge_record(r, v, residual, residual, with);
+    judged += with.predictions > before ? 1 : 0;
   }
   const auto mean = [](double sum, std::size_t n) { return n ? sum / static_cast<double>(n) : 0.0; };
-  return {with.predictions, std::sqrt(mean(without.sum, without.predictions)),
-          std::sqrt(mean(with.sum, with.predictions)), mean(with.outside, with.ticks)};
+  return {.predictions = with.predictions,
+          .records = judged,
+          .without_m = std::sqrt(mean(without.sum, without.predictions)),
+          .with_m = std::sqrt(mean(with.sum, with.predictions)),
+          .outside = mean(with.outside, with.ticks)};
 }
 
 }  // namespace solenoid

@@ -78,12 +78,11 @@ Json work(const StudiedPlant& plant) {
     const std::vector<Record> learned = {record_of(simulate(robust, to_and_fro(plant.scenario), learned_seed), robust)};
     const ResidualFinding found = identify_residual(
         {residual_samples(learned[0], actuator(robust).nominal, actuator(robust).estimation.pressure_filter_hz)});
-    if (prediction_error(learned, robust, found.residual()).worse()) throw ConfigError("predicts worse");
+    if (!prediction_error(learned, robust, found.residual()).better()) throw ConfigError("predicts no better");
     actuator(own).residual = found.residual();
-    j["held_out"] = {found.held_out_without_n, found.held_out_with_n};
+    if (const std::optional<HeldOutForce>& held = found.held_out) j["held_out"] = {held->without_n, held->with_n};
   } catch (const ConfigError&) {
     j["learned"] = false;
-    j["held_out"] = {0.0, 0.0};
   }
   const RunResult judged = simulate(robust, plant.scenario, judged_seed),
                   by_shipped = simulate(shipped, plant.scenario, judged_seed),
@@ -103,18 +102,21 @@ void take(const Json& j, ResidualPlant& plant) {
   plant.learned = j.at("learned").get<bool>();
   plant.robust_mm = j.at("rmse")[0], plant.shipped_mm = j.at("rmse")[1], plant.own_mm = j.at("rmse")[2];
   plant.switches_robust = j.at("switches")[0], plant.switches_own = j.at("switches")[1];
-  plant.held_out_without_n = j.at("held_out")[0], plant.held_out_with_n = j.at("held_out")[1];
+  if (j.contains("held_out"))
+    plant.held_out_without_n = j.at("held_out")[0].get<double>(),
+    plant.held_out_with_n = j.at("held_out")[1].get<double>();
   plant.ahead_without_mm = j.at("ahead")[0], plant.ahead_with_mm = j.at("ahead")[1],
   plant.ahead_shipped_mm = j.at("ahead")[2];
   plant.outside = j.at("outside")[0], plant.outside_shipped = j.at("outside")[1];
 }
 
-/// Geometric means over the plants of a kind, and on how many of them each beats nine_robust.
-std::string summary(const ResidualStudy& study, bool training) {
+/// Geometric means over plants of a kind, and on how many of them each beats nine_robust.
+std::string summary(const ResidualStudy& study, const std::string& kind,
+                    const std::function<bool(const ResidualPlant&)>& counts) {
   double robust = 0.0, shipped = 0.0, own = 0.0;
   int n = 0, shipped_better = 0, own_better = 0;
   for (const ResidualPlant& p : study.plants) {
-    if (p.training != training) continue;
+    if (!counts(p)) continue;
     robust += std::log(p.robust_mm), shipped += std::log(p.shipped_mm), own += std::log(p.own_mm);
     shipped_better += p.shipped_mm < p.robust_mm, own_better += p.own_mm < p.robust_mm;
     ++n;
@@ -122,10 +124,10 @@ std::string summary(const ResidualStudy& study, bool training) {
   if (n == 0) return {};
   const double mean = std::exp(robust / n);
   return fmt::format(
-      "{} {} plants, geometric mean of the RMSE: nine_robust {:.4f} mm, nine_residual {:.4f} mm ({:+.1f} %, better on "
+      "{} {}, geometric mean of the RMSE: nine_robust {:.4f} mm, nine_residual {:.4f} mm ({:+.1f} %, better on "
       "{}), the plant's own residual {:.4f} mm ({:+.1f} %, better on {})",
-      n, training ? "training" : "other", mean, std::exp(shipped / n), 100 * (std::exp((shipped - robust) / n) - 1),
-      shipped_better, std::exp(own / n), 100 * (std::exp((own - robust) / n) - 1), own_better);
+      n, kind, mean, std::exp(shipped / n), 100 * (std::exp((shipped - robust) / n) - 1), shipped_better,
+      std::exp(own / n), 100 * (std::exp((own - robust) / n) - 1), own_better);
 }
 
 }  // namespace
@@ -176,8 +178,12 @@ Result result_of(const ResidualStudy& study) {
     table.add({p.name, p.training, p.robust_mm, p.shipped_mm, p.own_mm, p.switches_robust, p.switches_own,
                p.held_out_without_n, p.held_out_with_n, p.ahead_without_mm, p.ahead_shipped_mm, p.ahead_with_mm,
                p.outside_shipped, p.outside, p.learned});
-  for (const bool training : {true, false})
-    if (std::string text = summary(study, training); !text.empty()) table.notes.push_back(std::move(text));
+  const auto note = [&](const std::string& kind, const std::function<bool(const ResidualPlant&)>& counts) {
+    if (std::string text = summary(study, kind, counts); !text.empty()) table.notes.push_back(std::move(text));
+  };
+  note("training plants", [](const ResidualPlant& p) { return p.training; });
+  note("other plants", [](const ResidualPlant& p) { return !p.training; });
+  note("plants on which there was something to learn", [](const ResidualPlant& p) { return p.learned; });
   return {.facts = {{"failed", study.failed}}, .tables = {table}};
 }
 

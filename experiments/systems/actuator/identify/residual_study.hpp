@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,7 @@ struct ResidualPlant {
   bool training = false;
   double robust_mm = 0.0, shipped_mm = 0.0, own_mm = 0.0;  ///< true RMSE
   double switches_robust = 0.0, switches_own = 0.0;
-  double held_out_without_n = 0.0, held_out_with_n = 0.0;
+  std::optional<double> held_out_without_n = {}, held_out_with_n = {};         ///< none where nothing was learned
   double ahead_without_mm = 0.0, ahead_with_mm = 0.0, ahead_shipped_mm = 0.0;  ///< 40 ms, on the judged run
   double outside = 0.0, outside_shipped = 0.0;                                 ///< shares of the judged run's ticks
   bool learned = false;                                                        ///< there was something to learn

@@ -4,14 +4,14 @@
 
 #include "controllers/systems/actuator/actuator_variant.hpp"
 #include "core/config/reader.hpp"
-#include "core/systems/actuator/residual_actuator.hpp"
-#include "core/systems/actuator/valves.hpp"
 #include "experiments/systems/actuator/identify/residual_prediction.hpp"
+#include "tests/experiments/systems/actuator/identify/moved_slide.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,6 +20,7 @@ namespace solenoid {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 GpData points(const std::vector<double>& z, const std::vector<double>& t) {
   GpData data;
@@ -141,10 +142,11 @@ TEST(Residual, EachLogHasAPayloadOfItsOwn) {
 
 TEST(Residual, ExplainsHeldOutSecondsDownToTheNoise) {
   const ResidualFinding found = identify_residual({drawn_samples(5, 0.4, 0.1)});
-  ASSERT_GT(found.held_out, 50u);
-  EXPECT_NEAR(found.held_out_with_n, 0.4, 0.1);
-  EXPECT_GT(found.held_out_without_n, 2 * found.held_out_with_n);
-  EXPECT_GT(found.held_out_covered, 0.88);
+  ASSERT_TRUE(found.held_out);
+  ASSERT_GT(found.held_out->samples, 50u);
+  EXPECT_NEAR(found.held_out->with_n, 0.4, 0.1);
+  EXPECT_GT(found.held_out->without_n, 2 * found.held_out->with_n);
+  EXPECT_GT(found.held_out->inside_95, 0.88);
 }
 
 TEST(Residual, IsZeroWhereThereWereNoData) {
@@ -175,6 +177,67 @@ TEST(Residual, SaysSoWhereThereIsNothingToLearn) {
   EXPECT_THAT(refusal({noise.begin(), noise.begin() + 30}), HasSubstr("allowed: 1.2 s"));
 }
 
+TEST(Residual, MotionOneWayIsRefused) {
+  for (const int way : {-1, 1}) {
+    std::vector<ResidualSample> samples = drawn_samples(7, 0.4, 0.1);
+    std::erase_if(samples, [way](const ResidualSample& s) { return s.velocity_m_s * way < 0; });
+    ASSERT_GT(samples.size(), 200u);
+    try {
+      identify_residual({samples});
+      ADD_FAILURE() << "accepted";
+    } catch (const ConfigError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(way > 0 ? "moves back for 0.00 s" : "moves forth for 0.00 s"));
+      EXPECT_THAT(error.what(), HasSubstr("allowed: motion to and fro"));
+    }
+  }
+}
+
+TEST(Residual, SaysNothingOfHeldOutSamplesWhereThereAreNone) {
+  std::vector<ResidualSample> samples = drawn_samples(5, 0.4, 0.1);
+  samples.resize(190);
+  const ResidualFinding found = identify_residual({samples});
+  EXPECT_FALSE(found.held_out);
+  EXPECT_THAT(residual_file(found, {"a.mcap", "01ab", "x"}), Not(HasSubstr("held_out")));
+}
+
+TEST(Residual, FileNamesLogsOfAnyName) {
+  const ResidualFinding found = identify_residual({drawn_samples(8, 0.5, 0.1)});
+  for (const std::string name : {"a\"b.mcap", "back\\slash.csv", "two\nlines.csv", "it's.csv"}) {
+    TableReader table = TableReader::from_text(residual_file(found, {name, "01ab", "x"}), "residual.toml");
+    EXPECT_EQ(table.table("identified").text("logs"), name);
+    EXPECT_FALSE(read_force_residual(table).empty());
+  }
+}
+
+/// The blocks of a plot's data as gnuplot counts its index: two empty lines and more are between them.
+std::vector<std::string> blocks_of(const std::string& data) {
+  std::vector<std::string> blocks;
+  std::istringstream lines(data);
+  std::string line;
+  int empty = 2;
+  while (std::getline(lines, line)) {
+    if (line.empty()) {
+      ++empty;
+      continue;
+    }
+    if (empty >= 2) blocks.emplace_back();
+    blocks.back() += line + "\n";
+    empty = 0;
+  }
+  return blocks;
+}
+
+TEST(Residual, PlotHasTheHatsInItsThirdBlockHoweverManyKnotsAreNotTrusted) {
+  ResidualFinding found = identify_residual({drawn_samples(8, 0.5, 0.1)});
+  const std::vector<std::string> whole = blocks_of(residual_plot(found).panels[0].data);
+  ASSERT_EQ(whole.size(), 3u);
+  for (const std::size_t i : {3u, 4u, 5u}) found.velocity.trust[i] = 0.0;
+  const std::vector<std::string> gapped = blocks_of(residual_plot(found).panels[0].data);
+  ASSERT_EQ(gapped.size(), 3u);
+  EXPECT_EQ(gapped[2], whole[2]);
+  EXPECT_EQ(std::ranges::count(gapped[1], '\n') + 3, std::ranges::count(whole[1], '\n'));
+}
+
 TEST(Residual, FileIsTheSameByteForByteAndReadsBack) {
   const auto text = [] {
     return residual_file(identify_residual({drawn_samples(8, 0.5, 0.1)}), {"a.mcap", "01ab", "x"});
@@ -187,35 +250,6 @@ TEST(Residual, FileIsTheSameByteForByteAndReadsBack) {
   for (double v = -0.3; v <= 0.3; v += 0.007) EXPECT_NEAR(read.force(0.05, v), made.force(0.05, v), 1e-4);
 }
 
-/// A record of a slide on the bench with more friction than `believed`, moved to and fro by the motor, both chambers open
-/// to the air.
-Record moved_slide(const ActuatorParameters& believed, const ForceResidual& residual, double noise_m) {
-  Record r;
-  r.name = "moved";
-  r.plane = believed.plane;
-  const ResidualActuator plant(believed, {0.0, 0.0}, residual);
-  const ModeSet modes = valve_modes("two_way", believed);
-  const Vector<double, 4> open = {0, 1, 0, 1};
-  SwitchPattern pattern = 0;
-  for (int mode = 0; mode < modes.size(); ++mode)
-    if (std::ranges::equal(modes.point(modes.pattern(mode)), open)) pattern = modes.pattern(mode);
-  ActuatorState x = {0.05, 0.0, 101325.0, 101325.0};
-  std::mt19937_64 random(3);
-  std::normal_distribution<double> noise(0.0, noise_m);
-  for (int k = 0; k < 12000; ++k) {
-    const double t = 0.001 * k, wanted = 0.05 + 0.012 * std::sin(4.0 * t) + 0.015 * std::sin(1.3 * t);
-    const double speed = 0.048 * std::cos(4.0 * t) + 0.0195 * std::cos(1.3 * t);
-    const double motor_n = std::clamp(4000.0 * (wanted - x[position]) + 300.0 * (speed - x[velocity]), -8.0, 8.0);
-    r.position_m.push_back(x[position] + noise(random));
-    r.pressure_a_pa.push_back(x[pressure_a]);
-    r.pressure_b_pa.push_back(x[pressure_b]);
-    r.motor_n.push_back(motor_n);
-    r.coils.push_back(pattern);
-    x = plant.step<double>(x, open, {motor_n}, 0.001);
-  }
-  return r;
-}
-
 TEST(ResidualSamples, OfASimulatedSlideAreTheFrictionThatTheModelLeavesOut) {
   ActuatorParameters believed = named_parameters("inferred");
   believed.viscous_friction = 20.0;
@@ -223,7 +257,7 @@ TEST(ResidualSamples, OfASimulatedSlideAreTheFrictionThatTheModelLeavesOut) {
   ForceResidual put_in;
   put_in.velocity = HatSum(std::vector{-0.4, -0.3, -0.02, -0.002, 0.0, 0.002, 0.02, 0.3, 0.4},
                            std::vector{0.0, 2.5, 0.9, 1.3, 0.0, -1.3, -0.9, -2.5, 0.0});
-  const Record record = moved_slide(believed, put_in, 2e-5);
+  const Record record = test::moved_slide(believed, put_in, 2e-5);
   const std::vector<ResidualSample> samples = residual_samples(record, believed, 0.0);
   ASSERT_GT(samples.size(), 300u);
   const ResidualFinding found = identify_residual({samples});
@@ -232,7 +266,7 @@ TEST(ResidualSamples, OfASimulatedSlideAreTheFrictionThatTheModelLeavesOut) {
   EXPECT_NEAR(found.payload_kg[0].mean, 0.0, 0.03);
   for (const double v : {-0.05, -0.03, 0.03, 0.05})
     EXPECT_NEAR(found.residual().force(0.05, v), put_in.force(0.05, v), 0.2) << v;
-  const std::vector<ResidualSample> none = residual_samples(moved_slide(believed, {}, 2e-5), believed, 0.0);
+  const std::vector<ResidualSample> none = residual_samples(test::moved_slide(believed, {}, 2e-5), believed, 0.0);
   double sum = 0.0;
   for (const ResidualSample& s : none) sum += s.force_n;
   EXPECT_NEAR(sum / static_cast<double>(none.size()), 0.0, 0.05);
@@ -247,7 +281,7 @@ TEST(ResidualPrediction, IsBetterWithTheForceThatIsThere) {
   ForceResidual put_in;
   put_in.velocity =
       HatSum(std::vector{-0.4, -0.3, -0.002, 0.0, 0.002, 0.3, 0.4}, std::vector{0.0, 3.0, 1.5, 0.0, -1.5, -3.0, 0.0});
-  const PredictionError found = prediction_error({moved_slide(actuator(v).nominal, put_in, 2e-5)}, v, put_in);
+  const PredictionError found = prediction_error({test::moved_slide(actuator(v).nominal, put_in, 2e-5)}, v, put_in);
   EXPECT_GT(found.predictions, 1000u);
   EXPECT_LT(found.with_m, 0.7 * found.without_m);
   EXPECT_EQ(found.outside, 0.0);
