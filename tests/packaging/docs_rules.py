@@ -158,8 +158,8 @@ RULES = [
     Rule(r"tune (\S+ --campaign experiments/systems/actuator/data/tried/\S+ .*) --evaluations \d+ (.*)", "hundreds of runs", r"tune \1 --evaluations 1 \2"),
     Rule(r"tune (.*) --evaluations 40 (.*)", "80 runs", r"tune \1 --evaluations 1 \2"),
     # learn
-    Rule(r"learn (policy|cost) --out (\S+)( .*)?", "half a minute", r"learn \1 --out \2 --states 400 --epochs 2"),
-    Rule(r"learn evaluate(.*)", "20000 problems", r"learn evaluate\1 --states 200 --passes 1"),
+    Rule(r"learn (policy|cost) --out (\S+)( .*)?", "half a minute", r"learn \1 --out \2 --states 400 --epochs 2 --campaign small_tuning.toml"),
+    Rule(r"learn evaluate(.*)", "20000 problems", r"learn evaluate\1 --states 200 --passes 1 --campaign small_tuning.toml"),
     # profile
     Rule(r"profile", "measures until it is quiet", "profile --variant thesis_pd --passes 1"),
     Rule(r"profile run\.mcap", "measures until it is quiet", "profile run.mcap --passes 1"),
