@@ -28,7 +28,7 @@ class JudgedPolicy final : public Solver<M> {
   static constexpr std::size_t candidates = 16;
 
   explicit JudgedPolicy(std::unique_ptr<Proposer<M>> proposer, const RolloutKernel<M>& kernel = rollout_kernel<M>())
-      : proposer_(std::move(proposer)), kernel_(kernel), lanes_(kernel) {}
+      : proposer_(std::move(proposer)), lanes_(kernel) {}
 
   void prepare(const Problem<M>& problem) override {
     lanes_.prepare(problem);
@@ -59,8 +59,7 @@ class JudgedPolicy final : public Solver<M> {
   std::optional<MostWork> most_work(const AnyProblem& shape) const override {
     MostWork most;
     most.solve.nodes = static_cast<std::int64_t>(candidates * shape.horizon.blocks.size());
-    most.solve.model_steps =
-        std::int64_t{kernel_.whole_registers(static_cast<int>(candidates))} * shape.horizon.steps();
+    most.solve.model_steps = lanes_.steps(static_cast<int>(candidates), shape.horizon);
     most.late = most.solve;  // it does not look at the clock
     return most;
   }
@@ -107,7 +106,6 @@ class JudgedPolicy final : public Solver<M> {
   }
 
   std::unique_ptr<Proposer<M>> proposer_;
-  RolloutKernel<M> kernel_;
   SequenceLanes<M> lanes_;
   std::array<double, candidates> cost_{};
   std::array<ModeSequence, candidates> sequences_{}, proposals_{};

@@ -32,10 +32,8 @@ class TailLanes {
     inputs_.reserve(builder_.most_pieces());
     planned_.resize(problem.reference.size());
     searched_ = searched;
-    const int over = std::max(timing_.longest_delay, timing_.longest_dwell());
     settled_.assign(searched + 1, 0);
-    for (std::size_t b = 1; b <= searched; ++b)
-      settled_[b] = timing_.windowed == 0 && problem.horizon.blocks[b - 1] >= over;
+    for (std::size_t b = 1; b <= searched; ++b) settled_[b] = settles(timing_, problem.horizon.blocks[b - 1]);
     for (auto* level : {&level_, &next_}) level->reserve(nodes);
     const bool follows = std::ranges::count(settled_.begin() + 1, settled_.end(), 0) > 0;
     lines_.resize(follows ? nodes : 1);

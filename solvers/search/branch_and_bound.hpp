@@ -136,9 +136,8 @@ class BranchAndBound final : public Solver<M> {
   void prepare_settled(const Problem<M>& problem) {
     settled_lines_.clear();
     for (int mode = 0; mode < problem.modes.size(); ++mode) settled_lines_.emplace_back(problem.modes.pattern(mode));
-    const int over = std::max(timing_.longest_delay, timing_.longest_dwell());
     for (std::size_t b = 1; b < levels_.size(); ++b)
-      levels_[b].settled = timing_.windowed == 0 && problem.horizon.blocks[b - 1] >= over;
+      levels_[b].settled = settles(timing_, problem.horizon.blocks[b - 1]);
   }
 
   void begin(const Problem<M>& problem, const Plan<M>& plan) noexcept {

@@ -11,6 +11,11 @@
 
 namespace solenoid {
 
+/// Whether a command and all before it are over after a block of so many steps, and nothing holds a switch any more.
+inline bool settles(const SwitchTiming& timing, int steps) noexcept {
+  return timing.windowed == 0 && steps >= std::max(timing.longest_delay, timing.longest_dwell());
+}
+
 /// Turns commands into the switched inputs of lanes, piece by piece of time, and into their hulls.
 ///
 /// The pattern in effect t steps after a command p, the pattern before it having been on its way to e(t), is

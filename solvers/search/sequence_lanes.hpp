@@ -31,9 +31,8 @@ class SequenceLanes {
     planned_.resize(problem.reference.size());
     settled_lines_.clear();
     for (const Mode& mode : problem.modes.modes()) settled_lines_.emplace_back(mode.pattern);
-    const int over = std::max(timing_.longest_delay, timing_.longest_dwell());
     settled_.assign(blocks.size(), 0);
-    for (std::size_t b = 1; b < blocks.size(); ++b) settled_[b] = timing_.windowed == 0 && blocks[b - 1] >= over;
+    for (std::size_t b = 1; b < blocks.size(); ++b) settled_[b] = settles(timing_, blocks[b - 1]);
   }
 
   /// Begins with a problem; the continuous inputs of its sequences are the plan's.
