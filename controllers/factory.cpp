@@ -1,6 +1,7 @@
 #include "controllers/factory.hpp"
 
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -20,6 +21,16 @@ AnySolverPtr make_solver(const SolverRow& row, std::type_index model, const Vari
 
 AnySolverPtr make_solver(const VariantConfig& variant) {
   return make_solver(solver_row(variant), system_of(variant).problem(variant)->model_type(), variant);
+}
+
+ReadySolver ready_solver(const VariantConfig& variant, const AnyProblem& problem) {
+  try {
+    AnySolverPtr solver = make_solver(solver_row(variant), problem.model_type(), variant);
+    solver->prepare(problem);
+    return {std::move(solver), {}};
+  } catch (const std::invalid_argument& wrong) {
+    return {nullptr, wrong.what()};
+  }
 }
 
 std::unique_ptr<FallbackLadder> make_ladder(const VariantConfig& v, const Motion& reference, LadderSettings settings,

@@ -4,6 +4,7 @@
 #include "controllers/systems.hpp"
 
 #include <memory>
+#include <string>
 #include <typeindex>
 
 namespace solenoid {
@@ -32,6 +33,13 @@ SolverPtr<Model> make_solver(const VariantConfig& variant) {
   static_cast<void>(made.release());
   return solver;
 }
+/// A variant's solver made ready for a problem; or none, and why it cannot take that problem.
+struct ReadySolver {
+  AnySolverPtr solver;
+  std::string misfit;
+};
+ReadySolver ready_solver(const VariantConfig& variant, const AnyProblem& problem);
+
 /// The solver of this name with the settings of a variant of the first system that says nothing more.
 template <HybridModel Model>
 SolverPtr<Model> make_solver(const std::string& name) {

@@ -79,10 +79,8 @@ void check_network(TableReader& table, const VariantConfig& v) {
     take_in_network(file.path, *file.text);
   }
   try {
-    const std::unique_ptr<AnyProblem> problem = system_of(v).problem(v);
-    make_solver(solver_row(v), problem->model_type(), v)->prepare(*problem);
-  } catch (const std::invalid_argument& wrong) {
-    own.fail("network", fmt::format("'{}' {}", v.learned.network, wrong.what()));
+    const ReadySolver ready = ready_solver(v, *system_of(v).problem(v));
+    if (!ready.solver) own.fail("network", fmt::format("'{}' {}", v.learned.network, ready.misfit));
   } catch (const ConfigError& wrong) {
     own.fail("network", wrong.what());
   }

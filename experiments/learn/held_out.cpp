@@ -4,7 +4,6 @@
 #include "core/config/reader.hpp"
 #include "experiments/learn/learn.hpp"
 
-#include <stdexcept>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -14,12 +13,9 @@ namespace {
 
 /// Solvers are made for some models and mode sets only: known before anything runs.
 void check_teacher(const VariantConfig& v) {
-  try {
-    make_solver(v)->prepare(*system_of(v).problem(v));
-  } catch (const std::invalid_argument& wrong) {
+  if (const ReadySolver ready = ready_solver(v, *system_of(v).problem(v)); !ready.solver)
     throw ConfigError(
-        fmt::format("variant '{}': {} (allowed: a variant that branch and bound solves)", v.name, wrong.what()));
-  }
+        fmt::format("variant '{}': {} (allowed: a variant that branch and bound solves)", v.name, ready.misfit));
 }
 
 }  // namespace

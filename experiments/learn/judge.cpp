@@ -3,14 +3,13 @@
 #include "controllers/networks.hpp"
 #include "core/config/reader.hpp"
 #include "core/metrics/metrics.hpp"
+#include "experiments/base/gap.hpp"
 #include "experiments/base/result.hpp"
 #include "experiments/learn/held_out.hpp"
 #include "experiments/profile/record.hpp"
 #include "experiments/profile/stopwatch.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <memory>
 
 #include <fmt/format.h>
@@ -19,9 +18,6 @@ namespace solenoid {
 namespace {
 
 using Column = Table::Column;
-
-/// A plan this close to the optimum is one: proofs hold to rounding.
-constexpr double rounding = 1e-12;
 
 /// What a solver starts from.
 enum class Start { warm, holding };
@@ -108,13 +104,9 @@ VariantConfig taught(const JudgeTask& task, const VariantConfig& teacher) {
     v.solver = own.solver;
     v.learned = own.learned;
   }
-  try {
-    const auto problem = system_of(v).problem(v);
-    make_solver(v)->prepare(*problem);
-  } catch (const std::invalid_argument& wrong) {
+  if (const ReadySolver ready = ready_solver(v, *system_of(v).problem(v)); !ready.solver)
     throw ConfigError(fmt::format("{}: '{}' {}", task.network.empty() ? "learned.network" : "--network",
-                                  v.learned.network, wrong.what()));
-  }
+                                  v.learned.network, ready.misfit));
   return v;
 }
 
@@ -135,12 +127,6 @@ Table times_and_gaps(const JudgeResult& r) {
 }
 
 }  // namespace
-
-double gap_above(double cost, double optimum) {
-  const double above = cost - optimum;
-  if (std::abs(above) <= rounding * optimum) return 0.0;
-  return optimum > 0.0 ? above / optimum : std::numeric_limits<double>::infinity();
-}
 
 std::optional<JudgeResult> judge(const JudgeTask& task) {
   const SplitCampaign split = split_campaign(task.campaign, task.variant);

@@ -41,9 +41,6 @@ struct JudgeResult {
   std::optional<TaughtQuality> learned;  ///< of a learned cost: at the ends of searched blocks
 };
 
-/// How far a cost is above the optimum, relative to it: 0 within rounding, at an optimum of 0 else infinite.
-double gap_above(double cost, double optimum);
-
 /// Nothing if it was interrupted. Throws ConfigError naming option or key.
 std::optional<JudgeResult> judge(const JudgeTask& task);
 

@@ -14,23 +14,13 @@ namespace solenoid {
 namespace {
 
 constexpr double most_sequences = 1e6;
-/// Costs of one plan by different code may differ by rounding: this much, relative, is no violation.
-constexpr double rounding_allowance = 1e-12;
 
-/// A solver with a network in the place of the variant's own, made ready for a problem; or why it cannot be.
-struct TaughtSolver {
-  TaughtSolver(VariantConfig v, const AnyProblem& problem, const char* name, const std::string& network) {
-    v.learned.network = network;
-    try {
-      solver = make_solver(*find_row(system_of(v).solvers(), name), problem.model_type(), v);
-      solver->prepare(problem);
-    } catch (const std::invalid_argument& wrong) {
-      misfit = wrong.what();
-    }
-  }
-  AnySolverPtr solver;
-  std::string misfit;
-};
+/// A solver with a network in the place of the variant's own.
+ReadySolver taught_solver(VariantConfig v, const AnyProblem& problem, const char* name, const std::string& network) {
+  v.solver = name;
+  v.learned.network = network;
+  return ready_solver(v, problem);
+}
 
 class Keeper {
  public:
@@ -92,8 +82,8 @@ class Keeper {
 
   /// Where the network fits the variant's problems; those that it does not fit have no such row.
   void add_learned(LedgerMethod method, const char* solver, const std::string& network) {
-    TaughtSolver taught(variant_.config, *problem_, solver, network);
-    if (taught.misfit.empty()) contenders_.push_back({method, std::move(taught.solver)});
+    ReadySolver taught = taught_solver(variant_.config, *problem_, solver, network);
+    if (taught.solver) contenders_.push_back({method, std::move(taught.solver)});
   }
 
   /// It may be left out, and a mode set may be beyond its equations.
@@ -136,7 +126,7 @@ class Keeper {
     const auto violated = [&](const std::string& what) { ledger.violations.push_back({state.record, what}); };
     const LedgerEntry &bb = state.of(M::branch_and_bound), &all = state.of(M::exhaustive),
                       &relaxed = state.of(M::relaxed);
-    const double allowance = rounding_allowance * bb.cost;
+    const double allowance = cost_rounding * bb.cost;
     if (bb.status != Status::optimal) violated(fmt::format("branch and bound: {}", to_string(bb.status)));
     if (bb.cost != all.cost)
       violated(fmt::format("branch and bound {:.17g} is not exhaustive {:.17g}", bb.cost, all.cost));
@@ -222,8 +212,8 @@ void require_fit(const char* option, const std::optional<std::string>& network, 
   std::string misfits;
   try {
     for (const VariantInstances& v : set.variants) {
-      const TaughtSolver taught(v.config, *system_of(v.config).problem(v.config), solver, *network);
-      if (taught.misfit.empty()) return;
+      const ReadySolver taught = taught_solver(v.config, *system_of(v.config).problem(v.config), solver, *network);
+      if (taught.solver) return;
       misfits += fmt::format("{}for '{}' it {}", misfits.empty() ? "" : "; ", v.name, taught.misfit);
     }
   } catch (const ConfigError& wrong) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "controllers/instances/instance_set.hpp"
+#include "experiments/base/gap.hpp"
 
 #include <array>
 #include <functional>
@@ -51,11 +52,7 @@ struct LedgerState {
   double bound = 0.0;
   std::array<LedgerEntry, ledger_methods> entries;
   const LedgerEntry& of(LedgerMethod method) const { return entries[static_cast<std::size_t>(method)]; }
-  /// (cost - bound) / bound; negative for a relaxed cost below it. At a bound of 0, 0 or infinity.
-  double gap(LedgerMethod method) const {
-    const double above = of(method).cost - bound;
-    return above == 0.0 ? 0.0 : above / bound;
-  }
+  double gap(LedgerMethod method) const { return gap_above(of(method).cost, bound); }
 };
 
 /// A link of the chain relaxed <= branch and bound = exhaustive <= every plan that does not hold.

@@ -2,6 +2,7 @@
 
 #include "controllers/networks.hpp"
 #include "core/config/reader.hpp"
+#include "experiments/base/gap.hpp"
 #include "experiments/campaign/campaign.hpp"
 #include "experiments/learn/judge.hpp"
 #include "experiments/profile/shipped_instances.hpp"
