@@ -98,6 +98,7 @@ RULES = [
     Rule(r"compare robustness (--against \S+)", "200 plants, minutes",
          r"compare rig --scenario cycloidal --variant thesis_pd,nine_robust \1"),
     Rule(r"compare robustness (--variant \S+)", "200 plants, minutes", r"compare rig --scenario cycloidal \1"),
+    Rule(r"compare (thrusters_plants|inverter_plants)(?: --against \S+)?", "27 scenarios of nine variants", r"check \1"),
     Rule(r"compare learning .*", "48 plants", r"compare learning --scenario held_out_kicked-m001 --variant nine_policy,nine_learned_tail"),
     Rule(r"compare hard\.toml.*", "100 plants and more", r"compare hard.toml --scenario training_sine"),
     Rule(r"compare (--variant \S*cia\S*)", "eight scenario seconds of slow solvers", r"compare campaign.toml \1"),
