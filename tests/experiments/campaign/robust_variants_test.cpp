@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <map>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -22,7 +23,7 @@ TEST(RobustVariants, StayAheadWhenTheModelIsWrong) {
   std::map<std::string, Pooled> pooled;
   int members = 0;
   for (std::size_t s = 0; s < campaign.scenarios.size(); s += 17, ++members)
-    for (const char* name : {"thesis_pd", "nine_robust"}) {
+    for (const char* name : {"thesis_pd", "nine_robust", "nine_learned_tail_tuned"}) {
       const Metrics m = simulate(shipped_variant(name), campaign.scenarios[s], 1).metrics;
       ASSERT_TRUE(m.finite) << name << ", " << campaign.scenarios[s].name;
       Pooled& p = pooled[name];
@@ -31,16 +32,21 @@ TEST(RobustVariants, StayAheadWhenTheModelIsWrong) {
       p.switches_per_s += m["switches_per_s"];
       p.air_g += m["air_g"];
     }
-  const Pooled &thesis = pooled["thesis_pd"], &robust = pooled["nine_robust"];
-  EXPECT_LE(std::exp((robust.log_rmse - thesis.log_rmse) / members), 1.0 / 8);
-  EXPECT_LE(robust.worst_mm, thesis.worst_mm / 4);
-  EXPECT_LE(robust.switches_per_s, thesis.switches_per_s);
-  EXPECT_LE(robust.air_g, thesis.air_g);
+  const Pooled& thesis = pooled["thesis_pd"];
+  for (const char* name : {"nine_robust", "nine_learned_tail_tuned"}) {
+    const Pooled& robust = pooled[name];
+    EXPECT_LE(std::exp((robust.log_rmse - thesis.log_rmse) / members), 1.0 / 8) << name;
+    EXPECT_LE(robust.worst_mm, thesis.worst_mm / 4) << name;
+    EXPECT_LE(robust.switches_per_s, thesis.switches_per_s) << name;
+    EXPECT_LE(robust.air_g, thesis.air_g) << name;
+  }
 }
 
 /// The arm held against gravity: no steady-state error to speak of at any payload, and nothing moves, no air is drawn.
-TEST(RobustVariants, HoldTheArmStillWithoutAirOrSwitches) {
-  const VariantConfig variant = shipped_variant("nine_robust");
+class RobustVariant : public testing::TestWithParam<const char*> {};
+
+TEST_P(RobustVariant, HoldsTheArmStillWithoutAirOrSwitches) {
+  const VariantConfig variant = shipped_variant(GetParam());
   const ModeSet modes = valve_modes(variant.modes, actuator(variant).nominal);
   ScenarioConfig scenario = read_campaign("robustness").scenarios.front();
   ASSERT_EQ(scenario.trajectory_kind, "cycloidal");
@@ -71,6 +77,9 @@ TEST(RobustVariants, HoldTheArmStillWithoutAirOrSwitches) {
     EXPECT_EQ(filling, 0) << payload_kg;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Shipped, RobustVariant, testing::Values("nine_robust", "nine_learned_tail_tuned"),
+                         [](const auto& instance) { return std::string(instance.param); });
 
 }  // namespace
 }  // namespace solenoid::test
