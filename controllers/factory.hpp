@@ -33,11 +33,12 @@ SolverPtr<Model> make_solver(const VariantConfig& variant) {
   static_cast<void>(made.release());
   return solver;
 }
-/// A variant's solver made ready for a problem; or none, and why it cannot take that problem.
+/// A solver made ready for a problem, or why there is none.
 struct ReadySolver {
-  AnySolverPtr solver;
-  std::string misfit;
+  AnySolverPtr solver;  ///< none where it cannot take the problem
+  std::string misfit;   ///< why, for a sentence that begins with its name
 };
+/// The variant's solver, made ready for this problem.
 ReadySolver ready_solver(const VariantConfig& variant, const AnyProblem& problem);
 
 /// The solver of this name with the settings of a variant of the first system that says nothing more.
