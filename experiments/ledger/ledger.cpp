@@ -40,7 +40,11 @@ class Keeper {
     add_learned(M::policy, "policy", policy);
     add_learned(M::learned_tail, "learned_tail", options.cost_network.value_or("nine_tail"));
     add_learned(M::taught_search, "branch_and_bound", policy);
-    prepare_bonmin(options.bonmin_states > 0);
+    if (options.bonmin_states > 0 && minlp::available()) {
+      add_bonmin(M::bonmin, "branch_and_bound");
+      add_bonmin(M::bonmin_outer_approximation, "outer_approximation");
+      add_bonmin(M::bonmin_feasibility_pump, "feasibility_pump");
+    }
   }
 
   LedgerOfVariant run() {
@@ -73,8 +77,8 @@ class Keeper {
     solve_plan(problem, {M::exhaustive, enumerate_}, entry(M::exhaustive));
     hold(problem, entry(M::held));
     for (const Contender& c : contenders_) solve_plan(problem, c, entry(c.method));
-    for (const Contender& c : bonmins_)
-      if (with_bonmin && with_bonmin_) solve_plan(problem, c, entry(c.method));
+    if (with_bonmin)
+      for (const Contender& c : bonmins_) solve_plan(problem, c, entry(c.method));
     report = relaxed_->solve(problem, *best);
     entry(M::relaxed) = {report.status, true, report.cost, report.time_us};
     return state;
@@ -86,15 +90,13 @@ class Keeper {
     if (taught.solver) contenders_.push_back({method, std::move(taught.solver)});
   }
 
-  /// It may be left out, and a mode set may be beyond its equations.
-  void prepare_bonmin(bool wanted) {
-    if (!wanted || !minlp::available()) return;
-    try {
-      for (const Contender& c : bonmins_) c.solver->prepare(*problem_);
-      with_bonmin_ = true;
-    } catch (const std::invalid_argument&) {
-      with_bonmin_ = false;
-    }
+  /// Where the mode set is not beyond its equations.
+  void add_bonmin(LedgerMethod method, const char* algorithm) {
+    VariantConfig v = variant_.config;
+    v.solver = "bonmin";
+    v.minlp.algorithm = algorithm;
+    ReadySolver ready = ready_solver(v, *problem_);
+    if (ready.solver) bonmins_.push_back({method, std::move(ready.solver), options_.bonmin_limit_s});
   }
 
   /// A method, what solves by it, and how much time it has on each state.
@@ -155,11 +157,6 @@ class Keeper {
     endless.sampling.iterations = endless.sampling.samples / 128;
     return {method, solver_of(name, endless), budget_s};
   }
-  Contender bonmin(LedgerMethod method, const char* algorithm) const {
-    VariantConfig v = variant_.config;
-    v.minlp.algorithm = algorithm;
-    return {method, solver_of("bonmin", v), options_.bonmin_limit_s};
-  }
   /// The system's solver of this name.
   AnySolverPtr solver_of(const char* name, const VariantConfig& variant) const {
     return make_solver(*find_row(system_of(variant).solvers(), name), problem_->model_type(), variant);
@@ -185,10 +182,7 @@ class Keeper {
                                      sampler(M::mppi_100us, "mppi", 1e-4),
                                      sampler(M::mppi_500us, "mppi", 5e-4),
                                      sampler(M::mppi_2ms, "mppi", 2e-3)};
-  std::vector<Contender> bonmins_{bonmin(M::bonmin, "branch_and_bound"),
-                                  bonmin(M::bonmin_outer_approximation, "outer_approximation"),
-                                  bonmin(M::bonmin_feasibility_pump, "feasibility_pump")};
-  bool with_bonmin_ = false;
+  std::vector<Contender> bonmins_;  // none where it is left out
 };
 
 /// The exhaustive search must come to an end, and knows modes alone.
