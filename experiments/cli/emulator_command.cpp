@@ -27,17 +27,17 @@ int emulate(const EmulatorArguments& chosen) {
   const ScenarioConfig& scenario = campaign.scenarios.front();
   const VariantConfig variant = told(campaign.variants.front(), scenario);
   options.emulator.faults = parse_faults(options.faults, simulation_of(scenario));
-  if (!options.key_file.empty()) options.emulator.key = read_node_key(options.key_file);
+  std::optional<NodeKey> key;
+  if (!options.key_file.empty()) key = read_node_key(options.key_file);
   const std::uint64_t seed = options.emulator.seed;
   EmulatedNode node(
       std::make_unique<FaultyPlant>(make_plant(variant, scenario, seed), options.emulator.faults, variant, seed),
-      usual_calibration(variant), system_of(variant).modes(variant), node_wire(variant).text);
+      usual_calibration(variant), system_of(variant).modes(variant), node_wire(variant).text, key);
   const InterruptGuard guard;
   serve(node, options.emulator, InterruptGuard::raised, [&](const std::string& setup) {
     InterruptGuard::hear();  // the only thread is a real-time one
     fmt::print(stderr, "emulator: {} on 127.0.0.1:{}, {} {}, {}, {}\n", scenario.name, options.emulator.port,
-               variant.modes, campaign.system->description().modes_key,
-               options.emulator.key ? "with a key" : "without a key", setup);
+               variant.modes, campaign.system->description().modes_key, key ? "with a key" : "without a key", setup);
   });
   const std::string report = node_report(node, campaign.system->description());
   if (options.report.empty())

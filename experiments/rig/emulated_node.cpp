@@ -1,8 +1,8 @@
 #include "experiments/rig/emulated_node.hpp"
 
+#include "experiments/rig/node_protocol.hpp"
+
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 
@@ -10,205 +10,144 @@ namespace solenoid {
 namespace {
 
 constexpr std::size_t most_kept_events = 1000, most_refusals_told = 100;
-constexpr std::size_t most_answer_to_a_stranger = 3;  // times what was asked with, as RFC 9000, section 8, has it
-constexpr double offer_holds_s = 1.0;
-constexpr double rounding_v = 1e-6;  // a voltage travels in whole microvolts
-
-constexpr bool of_a_node(NodePacket::Type type) {
-  using Type = NodePacket::Type;
-  return type == Type::offer || type == Type::refuse || type == Type::sample;
-}
 
 }  // namespace
 
-std::string NodePeer::text() const {
-  return fmt::format("{}.{}.{}.{}:{}", address >> 24, (address >> 16) & 255u, (address >> 8) & 255u, address & 255u,
-                     port);
+NodeDescription node_description(const Calibration& calibration, const ModeSet& modes, std::string_view wire,
+                                 const NodeKey* key) {
+  NodeDescription d;
+  d.wire = wire;
+  d.key = key;
+  d.channels = calibration.channels.size();
+  d.outputs = calibration.continuous.size();
+  d.switches = first_switches(static_cast<std::size_t>(modes.switch_count()));
+  d.safe_switches = modes.safe_pattern();
+  for (std::size_t i = 0; i < d.outputs; ++i)
+    d.continuous[i] = {to_microvolts(calibration.continuous[i].limit_v),
+                       to_microvolts(calibration.continuous[i].volts(0.0))};
+  d.sampling.conversions = 1;  // a converter of the plant's is one that is filtered already
+  return d;
 }
 
 EmulatedNode::EmulatedNode(std::unique_ptr<FaultyPlant> plant, const Calibration& calibration, const ModeSet& modes,
-                           std::string wire)
+                           std::string wire, const std::optional<NodeKey>& key)
     : plant_(std::move(plant)),
       calibration_(calibration),
-      safe_command_{modes.safe_pattern(), {}},
-      known_switches_(first_switches(static_cast<std::size_t>(modes.switch_count()))),
-      wire_(std::move(wire)) {}
+      wire_(std::move(wire)),
+      key_(key),
+      description_(node_description(calibration, modes, wire_, key_ ? &*key_ : nullptr)),
+      node_(description_, *this) {
+  node_.start();
+  commanded_ = false;  // which the plant is already
+}
 
 std::optional<NodePacket> EmulatedNode::take(const NodePacket& packet, const NodePeer& from, double now_s) {
-  using Type = NodePacket::Type;
-  watch(now_s);
-  if (packet.type == Type::hello) return welcome(packet, from, now_s);
-  if (of_a_node(packet.type)) {  // its own, sent back by somebody
-    ++log_.foreign_packets;
-    return std::nullopt;
-  }
-  if (session_ == 0 || packet.session != session_ || from != peer_) {
-    if (packet.type == Type::open) return open(packet, from, now_s);
-    ++log_.foreign_packets;
-    if (packet.type != Type::request) return std::nullopt;
-    return taken(now_s) ? busy(packet, from, now_s) : refuse(packet, NodeRefusal::no_session, "");
-  }
-  if (packet.sequence <= newest_) {
-    ++log_.old_packets;
-    return std::nullopt;
-  }
-  newest_ = packet.sequence;
-  heard_s_ = now_s;
-  switch (packet.type) {
-    case Type::command:
-      command(packet, now_s);
-      return std::nullopt;
-    case Type::safe:
-    case Type::close:
-      if (!safe_) make_safe(now_s, "safe by command");
-      if (packet.type == Type::close) {
-        session_ = 0;
-        event(now_s, "closed");
-      }
-      return std::nullopt;
-    default:  // a request, or an open again: its first answer was lost
-      return sample(packet, now_s);
-  }
-}
-
-NodePacket EmulatedNode::welcome(const NodePacket& hello, const NodePeer& from, double now_s) {
-  if (hello.text(0) != wire_) {
-    const std::size_t room = most_answer_to_a_stranger * (NodePacket::header_size + hello.length);
-    return refuse(hello, NodeRefusal::other_wire, wire_.substr(0, room - NodePacket::header_size));
-  }
-  if (taken(now_s) && from != peer_) return busy(hello, from, now_s);
-  Offer& offer = offers_[next_offer_++ % offers_.size()];
-  offer = {from, unguessable_number(), now_s + offer_holds_s};
-  NodePacket answer(NodePacket::Type::offer);
-  answer.session = offer.session;
-  answer.append(hello.session);
-  return answer;
-}
-
-std::optional<NodePacket> EmulatedNode::open(const NodePacket& packet, const NodePeer& from, double now_s) {
-  const auto offer = std::ranges::find_if(offers_, [&](const Offer& o) {
-    return o.session != 0 && o.session == packet.session && o.peer == from && now_s < o.until_s;
-  });
-  if (offer == offers_.end()) {
-    ++log_.foreign_packets;
-    return std::nullopt;
-  }
-  if (taken(now_s) && from != peer_) return busy(packet, from, now_s);
-  begin_session(*offer, now_s);
-  *offer = {};
-  newest_ = packet.sequence;
-  return sample(packet, now_s);
-}
-
-void EmulatedNode::begin_session(const Offer& offer, double now_s) {
-  if (begun_s_ < 0) begun_s_ = now_s_ = now_s;
-  if (!safe_) make_safe(now_s, "safe by another session");
-  ++log_.sessions;
-  session_ = offer.session;
-  peer_ = offer.peer;
-  heard_s_ = now_s;
-  session_timeouts_ = session_refused_ = session_asked_ = 0;
-  commanded_ = false;
-  event(now_s, "opened by " + peer_.text());
-  advance(now_s);
-}
-
-NodePacket EmulatedNode::refuse(const NodePacket& packet, NodeRefusal why, const std::string& text) {
-  NodePacket answer(NodePacket::Type::refuse);
-  answer.session = packet.session;
-  answer.sequence = ++answers_;
-  answer.append(static_cast<std::int32_t>(why));
-  answer.append(text);
-  return answer;
-}
-
-NodePacket EmulatedNode::busy(const NodePacket& packet, const NodePeer& from, double now_s) {
-  ++log_.asked;
-  if (session_asked_ < std::numeric_limits<std::int32_t>::max()) ++session_asked_;
-  if (from != last_foreign_ && ++refusals_told_ <= most_refusals_told)
-    event(now_s, fmt::format("refused {}: {} has the node", from.text(), peer_.text()));
-  last_foreign_ = from;
-  return refuse(packet, NodeRefusal::busy,
-                fmt::format("{}, heard of {:.0f} ms ago", peer_.text(), 1e3 * (now_s - heard_s_)));
-}
-
-bool EmulatedNode::of_now(const NodeCommand& command, double now_s) const {
-  const std::uint64_t now_us = time_us(now_s);
-  return command.seen_us >= timeout_us_ && command.seen_us <= now_us &&
-         static_cast<double>(now_us - command.seen_us) <= 1e6 * node_command_age_s;
-}
-
-void EmulatedNode::command(const NodePacket& packet, double now_s) {
-  const auto wanted = NodeCommand::of(packet, calibration_.continuous.size());
-  if (wanted && !of_now(*wanted, now_s)) {
-    ++log_.old_packets;
-    return;
-  }
-  advance(now_s);
-  ++log_.commands;
-  bool possible = wanted && (wanted->switches & ~known_switches_) == 0;
-  for (std::size_t i = 0; possible && i < calibration_.continuous.size(); ++i)
-    possible = std::abs(wanted->volts[i]) <= calibration_.continuous[i].limit_v + rounding_v;
-  if (!possible) {
-    ++log_.refused;
-    ++session_refused_;
-    event(now_s, "refused a command that its outputs cannot be");
-    return;  // and does not count as a command
-  }
-  if (commanded_) log_.longest_silence_s = std::max(log_.longest_silence_s, now_s - last_command_s_);
-  if (safe_ && commanded_) event(now_s, "commanded again");
-  safe_ = false;
-  commanded_ = true;
-  last_command_s_ = now_s;
-  Command told{wanted->switches, {}};
-  for (std::size_t i = 0; i < calibration_.continuous.size(); ++i)
-    told.continuous[i] = calibration_.continuous[i].value(wanted->volts[i]);
-  plant_->write(told);
-}
-
-void EmulatedNode::make_safe(double now_s, const char* why) {
-  advance(now_s);
-  plant_->write(safe_command_);
-  safe_ = true;
-  event(now_s, why);
+  at(now_s);
+  const NodePacket* const answer = node_.take(packet, from);
+  advance();
+  return answer ? std::optional(*answer) : std::nullopt;
 }
 
 void EmulatedNode::tick(double now_s) {
+  at(now_s);
+  node_.tick();
+  advance();
+}
+
+double EmulatedNode::poll(NodeLink& link) {
+  link_ = &link;
+  node_.poll();
+  link_ = nullptr;
+  advance();
+  return 1e-6 * node_.rest_us();
+}
+
+NodeLog EmulatedNode::log() const {
+  const NodeCounters& c = node_.counters();
+  return {events_,
+          c.sessions,
+          c.commands,
+          c.old_packets,
+          c.foreign_packets,
+          c.asked,
+          c.timeouts,
+          c.refused,
+          c.invalid_packets,
+          c.other_versions,
+          1e-6 * static_cast<double>(c.longest_silence_us),
+          1e-6 * static_cast<double>(c.safe_after_us)};
+}
+
+void EmulatedNode::at(double now_s) { now_s_ = std::max(now_s_, now_s); }
+
+void EmulatedNode::advance() {
   if (!begun()) return;
-  advance(now_s);
-  watch(now_s);
-}
-
-void EmulatedNode::watch(double now_s) {
-  if (safe_ || now_s - last_command_s_ < node_timeout_s) return;
-  ++log_.timeouts;
-  ++session_timeouts_;
-  timeout_us_ = time_us(now_s);
-  log_.safe_after_s = std::max(log_.safe_after_s, now_s - last_command_s_);
-  make_safe(now_s, "safe by timeout");
-}
-
-void EmulatedNode::advance(double now_s) {
-  now_s_ = std::max(now_s_, now_s);
   sensors_ = plant_->read(time_s(now_s_));
+  if (commanded_) plant_->write(command_);
+  commanded_ = false;
 }
 
-NodePacket EmulatedNode::sample(const NodePacket& asked, double now_s) {
-  advance(now_s);
-  NodePacket answer(NodePacket::Type::sample);
-  answer.flags = safe_ ? NodePacket::flag_safe : 0;
-  answer.session = session_;
-  answer.sequence = ++answers_;
-  answer.time_us = time_us(now_s_);
-  NodeSample seen{asked.sequence, session_timeouts_, session_refused_, session_asked_, {}};
-  for (std::size_t i = 0; i < calibration_.channels.size(); ++i)
-    seen.volts[i] = calibration_.channels[i].volts(sensors_.value[i]);
-  seen.put(answer, calibration_.channels.size());
-  return answer;
+std::uint64_t EmulatedNode::now_us() noexcept {
+  if (commanded_) advance();
+  if (link_) at(link_->now_s());
+  return static_cast<std::uint64_t>(1e6 * now_s_ + 0.5);
 }
 
-void EmulatedNode::event(double now_s, std::string what) {
-  if (log_.events.size() < most_kept_events) log_.events.push_back({time_s(now_s), std::move(what)});
+std::uint64_t EmulatedNode::random() noexcept { return unguessable_number(); }
+
+std::size_t EmulatedNode::receive(std::span<char> room, NodePeer& from) noexcept {
+  return link_ ? link_->receive(room, from, begun() ? time_s(now_s_) : 0.0) : 0;
+}
+
+void EmulatedNode::send(std::span<const char> bytes, const NodePeer& to) noexcept {
+  if (link_) link_->send({bytes.data(), bytes.size()}, to, begun() ? time_s(now_s_) : 0.0);
+}
+
+void EmulatedNode::convert(std::span<std::int32_t> counts) noexcept {
+  advance();
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    counts[i] = to_microvolts(calibration_.channels[i].volts(sensors_.value[i]));
+}
+
+void EmulatedNode::set_switches(std::uint32_t pattern) noexcept {
+  command_.switches = pattern;
+  commanded_ = true;
+}
+
+void EmulatedNode::set_output(std::size_t index, std::int32_t microvolts) noexcept {
+  command_.continuous[index] = calibration_.continuous[index].value(from_microvolts(microvolts));
+  commanded_ = true;
+}
+
+void EmulatedNode::tell(NodeEvent event, const NodePeer& peer) noexcept {
+  if (event == NodeEvent::opened && !begun()) begun_s_ = now_s_;
+  const bool refusal = event == NodeEvent::refused_controller || event == NodeEvent::refused_version;
+  if ((refusal && ++refusals_told_ > most_refusals_told) || events_.size() >= most_kept_events) return;
+  const auto words = [&]() -> std::string {
+    switch (event) {
+      case NodeEvent::opened:
+        return "opened by " + peer_text(peer);
+      case NodeEvent::closed:
+        return "closed";
+      case NodeEvent::safe_by_timeout:
+        return "safe by timeout";
+      case NodeEvent::safe_by_command:
+        return "safe by command";
+      case NodeEvent::safe_by_session:
+        return "safe by another session";
+      case NodeEvent::commanded_again:
+        return "commanded again";
+      case NodeEvent::refused_command:
+        return "refused a command that its outputs cannot be";
+      case NodeEvent::refused_controller:
+        return fmt::format("refused {}: {} has the node", peer_text(peer), peer_text(node_.peer()));
+      case NodeEvent::refused_version:
+        return fmt::format("refused {}: it speaks another version of the protocol, this node version {}",
+                           peer_text(peer), NodePacket::version);
+    }
+    return "";
+  };
+  events_.push_back({begun() ? time_s(now_s_) : 0.0, words()});
 }
 
 }  // namespace solenoid

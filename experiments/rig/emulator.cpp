@@ -5,6 +5,7 @@
 #include "core/system/description.hpp"
 #include "experiments/base/files.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
@@ -20,8 +21,6 @@
 
 namespace solenoid {
 namespace {
-
-constexpr int most_packets = 32;  // taken between two looks at the commands' time, however many more there are
 
 /// A socket on the loopback interface alone.
 class Socket final : public NodePort {
@@ -74,29 +73,38 @@ class Socket final : public NodePort {
 };
 
 /// The way between node and controller, with the packets that the script loses, delays, repeats or spoils.
-class Wire {
+class Wire final : public NodeLink {
  public:
   Wire(NodePort& port, const EmulatorSettings& settings) : port_(port), settings_(settings), random_(settings.seed) {}
 
-  bool lost(double time_s) { return happens("lost", time_s); }
-  void send(const NodePacket& packet, const NodePeer& to, double now_s, double time_s) {
-    if (lost(time_s)) return;
-    std::array<char, NodePacket::most_size> room;
-    std::string bytes(room.data(), packet.encode(room, settings_.key ? &*settings_.key : nullptr));
-    if (happens("corrupt", time_s)) bytes[random_() % bytes.size()] ^= static_cast<char>(1 + random_() % 255);
-    double late_s = 0.0;
-    for (const InjectedFault& f : settings_.faults)
-      if (f.target == "packets" && f.kind == "late" && f.active(time_s)) late_s = 1e-3 * f.value;
-    queue_.push_back({now_s + late_s, bytes, to});
-    if (happens("repeated", time_s)) queue_.push_back({now_s + late_s, bytes, to});
-    flush(now_s);
-  }
-  void flush(double now_s) {
-    while (!queue_.empty() && queue_.front().due_s <= now_s) {
-      port_.send(queue_.front().bytes, queue_.front().to);
-      queue_.pop_front();
+  double now_s() override { return port_.now_s(); }
+  std::size_t receive(std::span<char> room, NodePeer& from, double time_s) override {
+    while (const auto bytes = port_.receive(from)) {
+      heard_s_ = port_.now_s();
+      if (happens("lost", time_s)) continue;
+      const std::size_t size = std::min(bytes->size(), room.size());
+      std::copy_n(bytes->data(), size, room.data());
+      return size;
     }
+    return 0;
   }
+  void send(std::string_view packet, const NodePeer& to, double time_s) override {
+    if (happens("lost", time_s)) return;
+    std::string bytes(packet);
+    if (happens("corrupt", time_s)) bytes[random_() % bytes.size()] ^= static_cast<char>(1 + random_() % 255);
+    double due_s = port_.now_s();
+    for (const InjectedFault& f : settings_.faults)
+      if (f.target == "packets" && f.kind == "late" && f.active(time_s)) due_s += 1e-3 * f.value;
+    queue_.push_back({due_s, bytes, to});
+    if (happens("repeated", time_s)) queue_.push_back({due_s, bytes, to});
+    flush();
+  }
+  void flush() {
+    for (const double now_s = port_.now_s(); !queue_.empty() && queue_.front().due_s <= now_s; queue_.pop_front())
+      port_.send(queue_.front().bytes, queue_.front().to);
+  }
+  /// When a packet came last; 0: none has.
+  double heard_s() const { return heard_s_; }
 
  private:
   struct Waiting {
@@ -116,6 +124,7 @@ class Wire {
   const EmulatorSettings& settings_;
   std::mt19937_64 random_;
   std::deque<Waiting> queue_;
+  double heard_s_ = 0.0;
 };
 
 /// The process's own faults: it dies, crashes or stands still.
@@ -136,25 +145,13 @@ void fail_as_told(const EmulatorSettings& settings, double time_s, std::vector<b
 void serve(EmulatedNode& node, const EmulatorSettings& settings, NodePort& port, const std::function<bool()>& stop) {
   Wire wire(port, settings);
   std::vector<bool> done(settings.faults.size());
-  double heard_s = 0.0;
-  const NodeKey* const key = settings.key ? &*settings.key : nullptr;
   while (!stop()) {
-    NodePeer from;
-    for (int taken = 0; taken < most_packets; ++taken) {
-      const auto bytes = port.receive(from);
-      if (!bytes) break;
-      const double now_s = port.now_s(), time_s = node.begun() ? node.time_s(now_s) : 0.0;
-      const auto packet = NodePacket::decode(*bytes, key);
-      if (!packet || wire.lost(time_s)) continue;
-      heard_s = now_s;
-      if (const auto answer = node.take(*packet, from, now_s)) wire.send(*answer, from, now_s, time_s);
-    }
+    const double rest_s = node.poll(wire);
+    wire.flush();
     const double now_s = port.now_s();
-    node.tick(now_s);
-    wire.flush(now_s);
     if (node.begun()) fail_as_told(settings, node.time_s(now_s), done);
-    if (heard_s > 0 && settings.idle_exit_s > 0 && now_s - heard_s > settings.idle_exit_s) return;
-    port.wait(0.5e-3);
+    if (wire.heard_s() > 0 && settings.idle_exit_s > 0 && now_s - wire.heard_s() > settings.idle_exit_s) return;
+    port.wait(rest_s);
   }
 }
 
@@ -172,11 +169,13 @@ void serve(EmulatedNode& node, const EmulatorSettings& settings, const std::func
 }
 
 std::string node_report(const EmulatedNode& node, const SystemDescription& system) {
-  const NodeLog& log = node.log();
+  const NodeLog log = node.log();
   nlohmann::ordered_json json = {{"sessions", log.sessions},
                                  {"commands", log.commands},
                                  {"old_packets", log.old_packets},
                                  {"foreign_packets", log.foreign_packets},
+                                 {"invalid_packets", log.invalid_packets},
+                                 {"other_versions", log.other_versions},
                                  {"asked", log.asked},
                                  {"timeouts", log.timeouts},
                                  {"refused", log.refused},

@@ -12,7 +12,6 @@ namespace solenoid {
 /// The emulator's process: where it listens, and how its packets and itself fail.
 struct EmulatorSettings {
   int port = node_port;
-  std::optional<NodeKey> key;         ///< controllers must have it too
   std::vector<InjectedFault> faults;  ///< packets and process; the plant has its own
   std::uint64_t seed = 1;
   double idle_exit_s = 0.0;  ///< ends after so long without a packet, once one has come; 0: never
@@ -31,8 +30,7 @@ class NodePort {
   virtual void wait(double seconds) = 0;  ///< at most so long, or until a packet has come
 };
 
-/// Serves the node on a port until `stop()`. However many packets come, it looks at the commands' time before each
-/// that is one and after every 32.
+/// Serves the node on a port until `stop()`.
 void serve(EmulatedNode& node, const EmulatorSettings& settings, NodePort& port, const std::function<bool()>& stop);
 
 /// Serves the node on 127.0.0.1 in real time until `stop()`. Throws OutputError if the port cannot be had.

@@ -60,6 +60,7 @@ void UdpIo::connect() {
 void UdpIo::open() {
   connect();
   refusal_.clear();
+  other_version_ = 0;
   session_ = newest_echo_ = seen_us_ = 0;
   sequence_ = 0;
   timeouts_seen_ = 0;
@@ -80,6 +81,9 @@ void UdpIo::open() {
     clock_.sleep_until(clock_.now_s() + try_again_s);
   }
   if (!refusal_.empty()) throw OutputError(fmt::format("I/O node {}: {}", settings_.text(), refusal_));
+  if (other_version_ != 0)
+    throw OutputError(fmt::format("I/O node {}: it speaks version {} of the protocol, this program version {}",
+                                  settings_.text(), other_version_, NodePacket::version));
   throw OutputError(fmt::format("I/O node {}: no answer within {} s (is `solenoid emulator` running{}?)",
                                 settings_.text(), settings_.open_wait_s,
                                 settings_.key ? ", with the same key" : ", without a key"));
@@ -121,6 +125,7 @@ std::optional<NodePacket> UdpIo::receive() noexcept {
     const ssize_t size = ::recv(socket_, bytes.data(), bytes.size(), MSG_DONTWAIT);
     if (size < 0) return std::nullopt;
     if (auto packet = NodePacket::decode({bytes.data(), static_cast<std::size_t>(size)}, key())) return packet;
+    if (of_another_version({bytes.data(), static_cast<std::size_t>(size)})) other_version_ = bytes[3];
     ++health_.corrupt;
   }
 }
@@ -128,7 +133,7 @@ std::optional<NodePacket> UdpIo::receive() noexcept {
 void UdpIo::take(const NodeSample& sample, std::uint64_t node_time_us) noexcept {
   newest_echo_ = sample.echo;
   seen_us_ = node_time_us;
-  inputs_.volts = sample.volts;
+  for (std::size_t i = 0; i < wire_.channels; ++i) inputs_.volts[i] = from_microvolts(sample.microvolts[i]);
   health_.asked = sample.asked;
   if (sample.timeouts == timeouts_seen_) return;
   inputs_.node_was_safe = inputs_.node_was_safe || sample.timeouts > timeouts_seen_;
@@ -177,7 +182,9 @@ RigInputs UdpIo::read() noexcept {
 
 void UdpIo::write(const RigOutputs& outputs) noexcept {
   NodePacket packet(NodePacket::Type::command);
-  NodeCommand{outputs.switches, outputs.volts, seen_us_}.put(packet, wire_.continuous);
+  NodeCommand command{outputs.switches, {}, seen_us_};
+  for (std::size_t i = 0; i < wire_.continuous; ++i) command.microvolts[i] = to_microvolts(outputs.volts[i]);
+  command.put(packet, wire_.continuous);
   if (!send(packet)) ++health_.write_errors;
 }
 

@@ -69,6 +69,7 @@ class UdpIo final : public RigIo {
   std::uint64_t session_ = 0, newest_echo_ = 0, seen_us_ = 0;
   std::int32_t timeouts_seen_ = 0;
   std::string refusal_;
+  char other_version_ = 0;  // that a node speaks, which no packet can be read of
   RigInputs inputs_;
   IoHealth health_;
 };

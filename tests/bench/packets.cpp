@@ -47,8 +47,8 @@ PacketCost measure(NodePacket packet, const NodeKey* key) {
 int main() {
   const NodeKey key{};
   NodePacket command(NodePacket::Type::command), sample(NodePacket::Type::sample), longest(NodePacket::Type::hello);
-  NodeCommand{5, {1.0}}.put(command, 1);
-  NodeSample{1, 0, 0, 0, {1.0, 2.0, 3.0}}.put(sample, 3);
+  NodeCommand{5, {1'000'000}}.put(command, 1);
+  NodeSample{1, 0, 0, 0, 0, {1'000'000, 2'000'000, 3'000'000}}.put(sample, 3);
   longest.append(std::string(NodePacket::most_payload, 'x'));
   fmt::print("{:10} {:>6} {:>6} {:>12} {:>12}\n", "packet", "bytes", "key", "encode ns", "decode ns");
   for (const auto& [name, packet] : {std::pair("command", command), {"sample", sample}, {"longest", longest}})

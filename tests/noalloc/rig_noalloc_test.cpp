@@ -80,7 +80,7 @@ TEST(HotPath, PacketsAreMadeAndReadWithoutAllocation) {
   const NodeKey key{};
   const std::int64_t before = AllocationGuard::thread_allocations();
   NodePacket packet(NodePacket::Type::command);
-  NodeCommand{5, {1.0}}.put(packet, 1);
+  NodeCommand{5, {1'000'000}}.put(packet, 1);
   std::array<char, NodePacket::most_size> bytes;
   const std::size_t size = packet.encode(bytes, &key);
   const auto again = NodePacket::decode({bytes.data(), size}, &key);

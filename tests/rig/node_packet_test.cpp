@@ -1,6 +1,7 @@
 #include "controllers/systems.hpp"
 #include "core/config/reader.hpp"
 #include "core/mpc/mode_set.hpp"
+#include "experiments/base/bytes.hpp"
 #include "experiments/rig/node_protocol.hpp"
 #include "experiments/rig/udp_io.hpp"
 #include "tests/experiments/program_under_test.hpp"
@@ -8,6 +9,7 @@
 
 #include <array>
 #include <filesystem>
+#include <random>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -31,7 +33,7 @@ NodePacket some_command() {
   p.session = 0x0102030405060708;
   p.sequence = 0x1A2A3A4A5A6A7A8A;
   p.time_us = 0x1122334455667788;
-  NodeCommand{9, {-1.5}, 0x0A0B0C0D0E0F0102}.put(p, 1);
+  NodeCommand{9, {-1'500'000}, 0x0A0B0C0D0E0F0102}.put(p, 1);
   return p;
 }
 
@@ -64,6 +66,22 @@ TEST(NodePacket, TagIsSipHash24Of128Bits) {
   const std::string b = bytes_of(some_command(), &secret);
   crypto_shorthash_siphashx24(tag.data(), reinterpret_cast<const unsigned char*>(b.data()), 48, secret.bytes.data());
   EXPECT_EQ(b.substr(48), std::string(reinterpret_cast<const char*>(tag.data()), tag.size()));
+}
+
+/// Messages of every length up to some blocks, then of packets' lengths.
+TEST(NodeTag, IsLibsodiumsAndZlibsAtEveryLength) {
+  std::mt19937_64 random(1);
+  std::string message;
+  for (std::size_t size = 0; size <= NodePacket::most_size; size = message.size() + (size < 70 ? 1 : 37)) {
+    while (message.size() < size) message.push_back(static_cast<char>(random()));
+    NodeKey key;
+    for (unsigned char& byte : key.bytes) byte = static_cast<unsigned char>(random());
+    NodeTag tag;
+    crypto_shorthash_siphashx24(reinterpret_cast<unsigned char*>(tag.data()),
+                                reinterpret_cast<const unsigned char*>(message.data()), size, key.bytes.data());
+    ASSERT_EQ(siphash_2_4_128(message, key), tag) << size;
+    ASSERT_EQ(node_crc32(message), crc32(message)) << size;
+  }
 }
 
 TEST(NodePacket, ComesBackWholeOrNotAtAll) {

@@ -35,7 +35,7 @@ struct NodeTest : testing::Test {
   }
   NodePacket command(std::uint32_t coils, double motor_v = 0.0) {
     NodePacket p = packet(Type::command);
-    NodeCommand{coils, {motor_v}, seen_us}.put(p, 1);
+    NodeCommand{coils, {to_microvolts(motor_v)}, seen_us}.put(p, 1);
     return p;
   }
   NodePacket hello(std::uint64_t number) {
@@ -66,8 +66,8 @@ TEST_F(NodeTest, AnswersARequestWithItsEchoAndTheChannelsInMicrovolts) {
   open(1.0);
   const NodeSample sample = asked(1.001);
   EXPECT_EQ(sample.echo, sequence);
-  EXPECT_NEAR(sample.volts[0], -2.5, 1e-6);  // 20 mm
-  EXPECT_NEAR(sample.volts[1], (150e3 - 101325) / 42e3, 1e-6);
+  EXPECT_NEAR(from_microvolts(sample.microvolts[0]), -2.5, 1e-6);  // 20 mm
+  EXPECT_NEAR(from_microvolts(sample.microvolts[1]), (150e3 - 101325) / 42e3, 1e-6);
 }
 
 TEST_F(NodeTest, GoesSafeWithinTwentyMillisecondsOfTheLastCommandAndCountsIt) {
@@ -180,7 +180,7 @@ TEST_F(NodeTest, BelongsToWhoOpenedItUntilNothingIsHeard) {
     NodePacket forged = packet(type);
     forged.session = of_operator;
     forged.sequence = at + 100'000;
-    if (type == Type::command) NodeCommand{0b0101, {5.0}, seen_us}.put(forged, 1);
+    if (type == Type::command) NodeCommand{0b0101, {5'000'000}, seen_us}.put(forged, 1);
     take(forged, 0.004, stranger);
     EXPECT_EQ(node.outputs().switches, 0b0001u);
   }
@@ -313,6 +313,45 @@ TEST_F(NodeTest, AnotherWireIsRefusedByName) {
   EXPECT_FALSE(node.begun());
 }
 
+/// A link that brings one packet and keeps the answers.
+class OnePacket final : public NodePort {
+ public:
+  explicit OnePacket(std::string bytes) : bytes_(std::move(bytes)) {}
+  double now_s() override { return now_s_; }
+  std::optional<std::string_view> receive(NodePeer& from) override {
+    from = stranger;
+    return std::exchange(here_, false) ? std::optional<std::string_view>(bytes_) : std::nullopt;
+  }
+  void send(std::string_view bytes, const NodePeer&) override { answers.emplace_back(bytes); }
+  void wait(double seconds) override { now_s_ += seconds; }
+  std::vector<std::string> answers;
+
+ private:
+  double now_s_ = 0.0;
+  bool here_ = true;
+  std::string bytes_;
+};
+
+TEST_F(NodeTest, AnotherVersionIsRefusedInWords) {
+  OnePacket port("SLN1" + std::string(60, 'x'));
+  serve(node, {}, port, [&] { return port.now_s() > 0.1; });
+  ASSERT_EQ(port.answers.size(), 1u);
+  const auto answer = NodePacket::decode(port.answers[0], nullptr);
+  ASSERT_TRUE(answer && answer->type == Type::refuse);
+  EXPECT_EQ(static_cast<NodeRefusal>(answer->word(0)), NodeRefusal::other_version);
+  EXPECT_EQ(answer->text(4), "this node speaks version 2 of the protocol");
+  EXPECT_EQ(node.log().other_versions, 1);
+  EXPECT_EQ(node.log().events.back().what,
+            "refused 127.0.0.1:50001: it speaks another version of the protocol, this node version 2");
+}
+
+TEST_F(NodeTest, ShortPacketsOfAnotherVersionAreNotAnsweredWithLongOnes) {
+  OnePacket port("SLN3");
+  serve(node, {}, port, [&] { return port.now_s() > 0.1; });
+  EXPECT_TRUE(port.answers.empty());
+  EXPECT_EQ(node.log().other_versions, 1);
+}
+
 TEST_F(NodeTest, ThePlantStaysWhereASessionLeftIt) {
   VariantConfig real = with_valves("two_way");
   const Campaign campaign = read_campaign("rig", {{"nine_state"}, {"cycloidal"}});
@@ -324,18 +363,19 @@ TEST_F(NodeTest, ThePlantStaysWhereASessionLeftIt) {
     session = offer->session;
     const auto first = twin.take(packet(Type::open), from, t);
     seen_us = first->time_us;
-    return NodeSample::of(*first, 3)->volts;
+    return from_microvolts(NodeSample::of(*first, 3)->microvolts[0]);
   };
-  const double at_first = begin(0.0, operator_at)[0];
+  const double at_first = begin(0.0, operator_at);
   double t = 0.0;
   for (int k = 0; k < 600; ++k) {
     seen_us = twin.take(packet(Type::request), operator_at, t += 1e-3)->time_us;
     twin.take(command(0b1001, 5.0), operator_at, t);
   }
-  const double moved = NodeSample::of(*twin.take(packet(Type::request), operator_at, t), 3)->volts[0];
+  const double moved =
+      from_microvolts(NodeSample::of(*twin.take(packet(Type::request), operator_at, t), 3)->microvolts[0]);
   ASSERT_GT(moved, at_first + 1.0);
   twin.take(packet(Type::close), operator_at, t);
-  EXPECT_NEAR(begin(t + 0.001, stranger)[0], moved, 0.2);
+  EXPECT_NEAR(begin(t + 0.001, stranger), moved, 0.2);
 }
 
 }  // namespace
