@@ -34,12 +34,12 @@ int emulate(const EmulatorArguments& chosen) {
       std::make_unique<FaultyPlant>(make_plant(variant, scenario, seed), options.emulator.faults, variant, seed),
       usual_calibration(variant), system_of(variant).modes(variant), node_wire(variant).text, key);
   const InterruptGuard guard;
-  serve(node, options.emulator, InterruptGuard::raised, [&](const std::string& setup) {
+  const std::int64_t dropped = serve(node, options.emulator, InterruptGuard::raised, [&](const std::string& setup) {
     InterruptGuard::hear();  // the only thread is a real-time one
     fmt::print(stderr, "emulator: {} on 127.0.0.1:{}, {} {}, {}, {}\n", scenario.name, options.emulator.port,
                variant.modes, campaign.system->description().modes_key, key ? "with a key" : "without a key", setup);
   });
-  const std::string report = node_report(node, campaign.system->description());
+  const std::string report = node_report(node, campaign.system->description(), dropped);
   if (options.report.empty())
     write_standard_output(report);
   else

@@ -5,6 +5,7 @@
 #include "experiments/cli/output_options.hpp"
 #include "experiments/cli/value_kinds.hpp"
 #include "experiments/rig/fault_table.hpp"
+#include "experiments/rig/node_attack.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -17,7 +18,7 @@ namespace {
 struct FaultsArguments {
   OutputOptions output;
   std::string variant = "nine_state";
-  bool simulated_only = false;
+  bool simulated_only = false, attacks_only = false;
 };
 
 std::vector<ProcessOutcome> in_a_folder(const std::string& variant) {
@@ -25,7 +26,17 @@ std::vector<ProcessOutcome> in_a_folder(const std::string& variant) {
   return process_faults(this_program(), folder.path().string(), variant);
 }
 
+/// Of the node by those who are not its controller.
+int attacks(const FaultsArguments& options) {
+  const TemporaryFolder folder;
+  const auto table =
+      attack_node({.program = this_program(), .folder = folder.path().string(), .variant = options.variant});
+  options.output.write(result_of(table));
+  return std::ranges::all_of(table, withstood) ? success : failure;
+}
+
 int faults(const FaultsArguments& options) {
+  if (options.attacks_only) return attacks(options);
   auto simulated = simulated_faults(options.variant);
   std::ranges::move(coil_faults(options.variant), std::back_inserter(simulated));
   const auto processes = options.simulated_only ? std::vector<ProcessOutcome>{} : in_a_folder(options.variant);
@@ -45,7 +56,12 @@ void add_faults(CLI::App& app, int& exit_code) {
       ->type_name(value_kind::variant);
   add_output_options(*command, options->output, {"table", "json"});
   command->add_flag("--simulated-only", options->simulated_only, "leave out the faults of processes (about a minute)");
-  command->footer("Exit code 1 if any command out of range left the controller.");
+  command
+      ->add_flag("--attacks-only", options->attacks_only,
+                 "attack an emulated node instead, 20,000 packets a second for two seconds each (about a minute)")
+      ->excludes("--simulated-only");
+  command->footer(
+      "Exit code 1 if any command out of range left the controller, or if an attack was obeyed or not counted.");
   command->callback([options, &exit_code] { exit_code = faults(*options); });
 }
 

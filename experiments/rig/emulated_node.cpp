@@ -72,8 +72,10 @@ NodeLog EmulatedNode::log() const {
           c.asked,
           c.timeouts,
           c.refused,
+          c.packets,
           c.invalid_packets,
           c.other_versions,
+          c.offers,
           1e-6 * static_cast<double>(c.longest_silence_us),
           1e-6 * static_cast<double>(c.safe_after_us)};
 }

@@ -32,6 +32,8 @@ class Socket final : public NodePort {
       if (file_ >= 0) ::close(file_);
       throw OutputError(fmt::format("127.0.0.1:{}: cannot be listened on: {}", port, why));
     }
+    const int count = 1;
+    ::setsockopt(file_, SOL_SOCKET, SO_RXQ_OVFL, &count, sizeof count);
   }
   ~Socket() override { ::close(file_); }
   Socket(const Socket&) = delete;
@@ -40,10 +42,13 @@ class Socket final : public NodePort {
   double now_s() override { return clock_.now_s(); }
   std::optional<std::string_view> receive(NodePeer& from) override {
     sockaddr_in sender{};
-    socklen_t length = sizeof sender;
-    const ssize_t size =
-        ::recvfrom(file_, bytes_.data(), bytes_.size(), MSG_DONTWAIT, reinterpret_cast<sockaddr*>(&sender), &length);
+    iovec room{bytes_.data(), bytes_.size()};
+    alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(std::uint32_t))> control;
+    msghdr message{&sender, sizeof sender, &room, 1, control.data(), control.size(), 0};
+    const ssize_t size = ::recvmsg(file_, &message, MSG_DONTWAIT);
     if (size < 0) return std::nullopt;
+    if (const cmsghdr* more = CMSG_FIRSTHDR(&message); more && more->cmsg_type == SO_RXQ_OVFL)
+      std::memcpy(&dropped_, CMSG_DATA(more), sizeof dropped_);
     from = {ntohl(sender.sin_addr.s_addr), ntohs(sender.sin_port)};
     return std::string_view(bytes_.data(), static_cast<std::size_t>(size));
   }
@@ -57,6 +62,7 @@ class Socket final : public NodePort {
     pollfd ready{file_, POLLIN, 0};
     ::ppoll(&ready, 1, &rest, nullptr);
   }
+  std::int64_t dropped() const override { return dropped_; }
 
  private:
   static sockaddr_in address(const NodePeer& peer) {
@@ -68,6 +74,7 @@ class Socket final : public NodePort {
   }
 
   int file_;
+  std::uint32_t dropped_ = 0;  // as the newest packet told
   MonotonicClock clock_;
   std::array<char, NodePacket::most_size + 1> bytes_;  // one more than a packet has: what is too long shows
 };
@@ -84,7 +91,7 @@ class Wire final : public NodeLink {
       if (happens("lost", time_s)) continue;
       const std::size_t size = std::min(bytes->size(), room.size());
       std::copy_n(bytes->data(), size, room.data());
-      return size;
+      return std::max<std::size_t>(size, 1);  // an empty packet is one that is too short
     }
     return 0;
   }
@@ -155,8 +162,8 @@ void serve(EmulatedNode& node, const EmulatorSettings& settings, NodePort& port,
   }
 }
 
-void serve(EmulatedNode& node, const EmulatorSettings& settings, const std::function<bool()>& stop,
-           const std::function<void(const std::string&)>& listening) {
+std::int64_t serve(EmulatedNode& node, const EmulatorSettings& settings, const std::function<bool()>& stop,
+                   const std::function<void(const std::string&)>& listening) {
   Socket socket(settings.port);
   prepare_thread("node");
   std::string setup = "as an ordinary thread";
@@ -166,11 +173,15 @@ void serve(EmulatedNode& node, const EmulatorSettings& settings, const std::func
   }
   listening(setup);
   serve(node, settings, socket, stop);
+  return socket.dropped();
 }
 
-std::string node_report(const EmulatedNode& node, const SystemDescription& system) {
+std::string node_report(const EmulatedNode& node, const SystemDescription& system, std::int64_t dropped) {
   const NodeLog log = node.log();
-  nlohmann::ordered_json json = {{"sessions", log.sessions},
+  nlohmann::ordered_json json = {{"packets", log.packets},
+                                 {"dropped", dropped},
+                                 {"sessions", log.sessions},
+                                 {"offers", log.offers},
                                  {"commands", log.commands},
                                  {"old_packets", log.old_packets},
                                  {"foreign_packets", log.foreign_packets},

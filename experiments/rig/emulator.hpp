@@ -28,17 +28,19 @@ class NodePort {
   virtual std::optional<std::string_view> receive(NodePeer& from) = 0;
   virtual void send(std::string_view bytes, const NodePeer& to) = 0;
   virtual void wait(double seconds) = 0;  ///< at most so long, or until a packet has come
+  /// Packets that came and that there was no room for.
+  virtual std::int64_t dropped() const { return 0; }
 };
 
 /// Serves the node on a port until `stop()`.
 void serve(EmulatedNode& node, const EmulatorSettings& settings, NodePort& port, const std::function<bool()>& stop);
 
 /// Serves the node on 127.0.0.1 in real time until `stop()`. Throws OutputError if the port cannot be had.
-/// `listening` is called once it can be reached.
-void serve(EmulatedNode& node, const EmulatorSettings& settings, const std::function<bool()>& stop,
-           const std::function<void(const std::string&)>& listening);
+/// `listening` is called once it can be reached. Returns how many packets the operating system had no room for.
+std::int64_t serve(EmulatedNode& node, const EmulatorSettings& settings, const std::function<bool()>& stop,
+                   const std::function<void(const std::string&)>& listening);
 
-/// What the node of a system has seen, as JSON.
-std::string node_report(const EmulatedNode& node, const SystemDescription& system);
+/// What the node of a system has seen, as JSON; `dropped`: packets that did not come to it.
+std::string node_report(const EmulatedNode& node, const SystemDescription& system, std::int64_t dropped);
 
 }  // namespace solenoid

@@ -345,6 +345,13 @@ TEST_F(NodeTest, AnotherVersionIsRefusedInWords) {
             "refused 127.0.0.1:50001: it speaks another version of the protocol, this node version 2");
 }
 
+TEST_F(NodeTest, AnEmptyPacketIsCounted) {
+  OnePacket port("");
+  serve(node, {}, port, [&] { return port.now_s() > 0.1; });
+  EXPECT_EQ(node.log().packets, 1);
+  EXPECT_EQ(node.log().invalid_packets, 1);
+}
+
 TEST_F(NodeTest, ShortPacketsOfAnotherVersionAreNotAnsweredWithLongOnes) {
   OnePacket port("SLN3");
   serve(node, {}, port, [&] { return port.now_s() > 0.1; });

@@ -36,7 +36,7 @@ class NodeHardware {
   virtual std::uint64_t random() noexcept = 0;
 
   /// The next UDP packet that came to node_port, and who sent it: its bytes into `room`, returning how many; 0: none has come.
-  /// Of a packet that is longer than `room` as much as has room (the node then ignores it).
+  /// Of a packet that is longer than `room` as much as has room, of an empty one any byte: the node ignores both.
   virtual std::size_t receive(std::span<char> room, NodePeer& from) noexcept = 0;
   /// Sends a UDP packet from node_port; may lose it.
   virtual void send(std::span<const char> bytes, const NodePeer& to) noexcept = 0;

@@ -68,6 +68,7 @@ void Node::poll() noexcept {
   for (int taken = 0; taken < most_packets && now_us_ - begun_us < longest_round_us; ++taken) {
     const std::size_t size = board_.receive(bytes_, from);
     if (size == 0) break;
+    ++counters_.packets;
     tick();
     take_bytes({bytes_.data(), std::min(size, bytes_.size())}, from);
   }
@@ -167,6 +168,7 @@ const NodePacket* Node::welcome(const NodePacket& hello, const NodePeer& from) n
   Offer& offer = offers_[next_offer_++ % offers_.size()];
   do offer = {from, board_.random(), now_us_ + offer_holds_us};
   while (offer.session == 0);
+  ++counters_.offers;
   NodePacket& reply = answer(NodePacket::Type::offer, offer.session);
   reply.append(hello.session);
   return &reply;

@@ -32,7 +32,9 @@ struct NodeDescription {
 /// What a node has seen since it was started.
 struct NodeCounters {
   std::int64_t sessions = 0, commands = 0, old_packets = 0, foreign_packets = 0, asked = 0, timeouts = 0, refused = 0;
-  std::int64_t invalid_packets = 0, other_versions = 0;
+  std::int64_t packets = 0;          ///< all that came, however they ended
+  std::int64_t invalid_packets = 0;  ///< of another length, magic or tag, those of other versions among them
+  std::int64_t other_versions = 0, offers = 0;
   std::uint64_t longest_silence_us = 0;  ///< between two commands of a session
   std::uint64_t safe_after_us = 0;       ///< from the last command to the safe state, of the latest of all timeouts
 };
