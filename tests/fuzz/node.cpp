@@ -3,8 +3,10 @@
 #include "controllers/variant.hpp"
 #include "core/mpc/mode_set.hpp"
 #include "experiments/rig/emulated_node.hpp"
+#include "experiments/rig/node_protocol.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace {
@@ -21,6 +23,27 @@ struct Still final : SimulatedPlant {
   double consumed() const override { return 0.0; }
 };
 
+/// Brings bytes once, whatever they are; what is answered must be a packet.
+struct Raw final : NodeLink {
+  Raw(std::string_view data, const NodePeer& peer, double now, const NodeKey& secret)
+      : bytes(data), from(peer), time_s(now), key(secret) {}
+  double now_s() override { return time_s; }
+  std::size_t receive(std::span<char> room, NodePeer& sender, double) override {
+    const std::size_t size = std::min(bytes.size(), room.size());
+    std::copy_n(bytes.data(), size, room.data());
+    bytes = {};
+    sender = from;
+    return size;
+  }
+  void send(std::string_view answer, const NodePeer&, double) override {
+    if (!NodePacket::decode(answer, &key)) fuzz::find("an answer that nobody can read");
+  }
+  std::string_view bytes;
+  NodePeer from;
+  double time_s;
+  const NodeKey& key;
+};
+
 }  // namespace
 
 /// Each packet: a byte (bit 0: from a stranger; bit 1: let time pass; bit 2: its session is put right; bit 3: raw), a
@@ -31,7 +54,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   static const std::string wire = wire_text(system_of(variant).description(), modes);
   const NodeKey key{};
   EmulatedNode node(std::make_unique<FaultyPlant>(std::make_unique<Still>(), std::vector<InjectedFault>{}, variant, 1),
-                    usual_calibration(variant), modes, wire);
+                    usual_calibration(variant), modes, wire, key);
   constexpr NodePeer controller{0x7F000001, 1}, stranger{0x7F000001, 2};
   double now_s = 0.0;
   std::uint64_t session = 0, sequence = 0;
@@ -61,7 +84,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     node.tick(now_s);
     const Command before = node.outputs();
     if ((how & 8) != 0) {
-      if (const auto packet = NodePacket::decode(data, &key)) send(*packet, foreign ? stranger : controller);
+      Raw link(data, foreign ? stranger : controller, now_s, key);
+      node.poll(link);
     } else if (!data.empty()) {
       NodePacket packet(static_cast<NodePacket::Type>(1 + static_cast<std::uint8_t>(data[0]) % 9));
       packet.session = (how & 4) != 0 ? session : 0;
