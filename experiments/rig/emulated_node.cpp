@@ -64,20 +64,7 @@ double EmulatedNode::poll(NodeLink& link) {
 
 NodeLog EmulatedNode::log() const {
   const NodeCounters& c = node_.counters();
-  return {events_,
-          c.sessions,
-          c.commands,
-          c.old_packets,
-          c.foreign_packets,
-          c.asked,
-          c.timeouts,
-          c.refused,
-          c.packets,
-          c.invalid_packets,
-          c.other_versions,
-          c.offers,
-          1e-6 * static_cast<double>(c.longest_silence_us),
-          1e-6 * static_cast<double>(c.safe_after_us)};
+  return {events_, c, 1e-6 * static_cast<double>(c.longest_silence_us), 1e-6 * static_cast<double>(c.safe_after_us)};
 }
 
 void EmulatedNode::at(double now_s) { now_s_ = std::max(now_s_, now_s); }

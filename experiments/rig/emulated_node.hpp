@@ -20,10 +20,9 @@ struct NodeLog {
     std::string what;
   };
   std::vector<Event> events;
-  std::int64_t sessions = 0, commands = 0, old_packets = 0, foreign_packets = 0, asked = 0, timeouts = 0, refused = 0;
-  std::int64_t packets = 0, invalid_packets = 0, other_versions = 0, offers = 0;
+  NodeCounters counters;
   double longest_silence_s = 0.0;  ///< between two commands of a session
-  double safe_after_s = 0.0;       ///< from the last command to the safe state, of the latest of all timeouts
+  double safe_after_s = 0.0;       ///< from the last command to the safe state, the longest of all timeouts
 };
 
 /// Where an emulated node takes packets and answers them, and the time it does.

@@ -86,7 +86,9 @@ class Wire final : public NodeLink {
 
   double now_s() override { return port_.now_s(); }
   std::size_t receive(std::span<char> room, NodePeer& from, double time_s) override {
-    while (const auto bytes = port_.receive(from)) {
+    for (int lost = 0; lost < most_lost; ++lost) {
+      const auto bytes = port_.receive(from);
+      if (!bytes) return 0;
       heard_s_ = port_.now_s();
       if (happens("lost", time_s)) continue;
       const std::size_t size = std::min(bytes->size(), room.size());
@@ -114,6 +116,7 @@ class Wire final : public NodeLink {
   double heard_s() const { return heard_s_; }
 
  private:
+  static constexpr int most_lost = 32;  // in a row, before the node looks at time again
   struct Waiting {
     double due_s;
     std::string bytes;
@@ -176,22 +179,31 @@ std::int64_t serve(EmulatedNode& node, const EmulatorSettings& settings, const s
   return socket.dropped();
 }
 
+nlohmann::ordered_json counters_json(const NodeCounters& c) {
+  return {{"packets", c.packets},
+          {"counted", c.counted()},
+          {"commands", c.commands},
+          {"requests", c.requests},
+          {"sessions", c.sessions},
+          {"safes", c.safes},
+          {"closes", c.closes},
+          {"offers", c.offers},
+          {"asked", c.asked},
+          {"other_wires", c.other_wires},
+          {"refused", c.refused},
+          {"old_packets", c.old_packets},
+          {"foreign_packets", c.foreign_packets},
+          {"invalid_packets", c.invalid_packets},
+          {"other_versions", c.other_versions},
+          {"timeouts", c.timeouts}};
+}
+
 std::string node_report(const EmulatedNode& node, const SystemDescription& system, std::int64_t dropped) {
   const NodeLog log = node.log();
-  nlohmann::ordered_json json = {{"packets", log.packets},
-                                 {"dropped", dropped},
-                                 {"sessions", log.sessions},
-                                 {"offers", log.offers},
-                                 {"commands", log.commands},
-                                 {"old_packets", log.old_packets},
-                                 {"foreign_packets", log.foreign_packets},
-                                 {"invalid_packets", log.invalid_packets},
-                                 {"other_versions", log.other_versions},
-                                 {"asked", log.asked},
-                                 {"timeouts", log.timeouts},
-                                 {"refused", log.refused},
-                                 {"longest_silence_ms", 1e3 * log.longest_silence_s},
-                                 {"safe_after_ms", 1e3 * log.safe_after_s}};
+  nlohmann::ordered_json json = counters_json(log.counters);
+  json["dropped"] = dropped;
+  json["longest_silence_ms"] = 1e3 * log.longest_silence_s;
+  json["safe_after_ms"] = 1e3 * log.safe_after_s;
   if (node.begun()) {
     nlohmann::ordered_json& outputs = json["final_outputs"];
     outputs[system.switches_key] = node.outputs().switches;

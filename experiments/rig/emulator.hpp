@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include <nlohmann/json_fwd.hpp>
+
 namespace solenoid {
 
 /// The emulator's process: where it listens, and how its packets and itself fail.
@@ -39,6 +41,9 @@ void serve(EmulatedNode& node, const EmulatorSettings& settings, NodePort& port,
 /// `listening` is called once it can be reached. Returns how many packets the operating system had no room for.
 std::int64_t serve(EmulatedNode& node, const EmulatorSettings& settings, const std::function<bool()>& stop,
                    const std::function<void(const std::string&)>& listening);
+
+/// A node's counters by their names.
+nlohmann::ordered_json counters_json(const NodeCounters& counters);
 
 /// What the node of a system has seen, as JSON; `dropped`: packets that did not come to it.
 std::string node_report(const EmulatedNode& node, const SystemDescription& system, std::int64_t dropped);

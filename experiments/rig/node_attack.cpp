@@ -5,10 +5,12 @@
 #include "experiments/base/child_process.hpp"
 #include "experiments/base/files.hpp"
 #include "experiments/base/result.hpp"
+#include "experiments/rig/node/bytes.hpp"
 #include "experiments/rig/node_protocol.hpp"
 #include "experiments/rig/packet_tap.hpp"
 
 #include <array>
+#include <csignal>
 #include <filesystem>
 #include <functional>
 #include <random>
@@ -32,30 +34,25 @@ struct Attacker {
   std::vector<std::string> recorded;  ///< packets of the controller's, of this session
   std::vector<std::string> earlier;   ///< of a session before it
   std::mt19937_64 random{1};
-  std::int64_t sent = 0;
+  std::int64_t sent = 0, no_packets = 0;
 
   /// From the controller's address, or from another.
-  void send(const std::string& bytes, bool as_controller) {
-    const bool done = as_controller ? tap.inject(bytes)
-                                    : ::send(stranger, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL) >= 0;
-    if (done) ++sent;
+  void send(const std::string& bytes, bool tagged) {
+    const bool done =
+        toss() ? tap.inject(bytes) : ::send(stranger, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL) >= 0;
+    sent += done ? 1 : 0;
+    no_packets += done && !tagged ? 1 : 0;
   }
   bool toss() { return random() % 2 == 0; }
   const std::string& any(const std::vector<std::string>& all) { return all[random() % all.size()]; }
-  /// A packet of the present session, of a type, far ahead of the controller's, that says what the attacker wants.
+  /// A packet of the present session, newer than the controller's newest, that says what the attacker wants.
   NodePacket wanted() {
     NodePacket p(toss() ? NodePacket::Type::command : NodePacket::Type::safe);
-    const std::string& seen = recorded.back();
-    const auto known = [&](std::size_t at) {
-      std::uint64_t number = 0;
-      for (std::size_t i = 0; i < sizeof number; ++i)
-        number |= std::uint64_t{static_cast<unsigned char>(seen[at + i])} << (8 * i);
-      return number;
-    };
-    p.session = known(8);
-    p.sequence = known(16) + 100'000 + random() % 1000;
-    p.time_us = known(24);
-    if (p.type == NodePacket::Type::command) NodeCommand{0b0101, {5'000'000}, p.time_us}.put(p, 1);
+    const std::string newest = tap.newest();
+    p.session = take_little_endian<std::uint64_t>(newest.data() + 8);
+    p.sequence = take_little_endian<std::uint64_t>(newest.data() + 16) + 1 + (toss() ? random() % 3 : 100'000);
+    p.time_us = take_little_endian<std::uint64_t>(newest.data() + 24);
+    if (p.type == NodePacket::Type::command) NodeCommand{0b0101, {5'000'000}, tap.node_time_us()}.put(p, 1);
     return p;
   }
 };
@@ -75,26 +72,26 @@ void open_too(Attacker& a) {
   NodePacket p(a.toss() ? NodePacket::Type::hello : NodePacket::Type::open);
   p.session = a.random();
   if (p.type == NodePacket::Type::hello) p.append(std::string_view("actuator"));
-  a.send(bytes_of(p, nullptr), a.toss());
+  a.send(bytes_of(p, nullptr), false);
 }
 
-void replay(Attacker& a) { a.send(a.any(a.recorded), a.toss()); }
+void replay(Attacker& a) { a.send(a.any(a.recorded), true); }
 
-void replay_earlier(Attacker& a) { a.send(a.any(a.earlier), a.toss()); }
+void replay_earlier(Attacker& a) { a.send(a.any(a.earlier), true); }
 
-void forge_crc(Attacker& a) { a.send(bytes_of(a.wanted(), nullptr), a.toss()); }
+void forge_crc(Attacker& a) { a.send(bytes_of(a.wanted(), nullptr), false); }
 
 void forge_tag(Attacker& a) {
   std::string bytes = bytes_of(a.wanted(), nullptr);
   for (std::size_t i = bytes.size() - NodePacket::tag_size; i < bytes.size(); ++i)
     bytes[i] = static_cast<char>(a.random());
-  a.send(bytes, a.toss());
+  a.send(bytes, false);
 }
 
 void flood(Attacker& a) {
   switch (a.random() % 4) {
     case 0:
-      a.send(std::string(a.random() % (2 * NodePacket::most_size), 'x'), a.toss());
+      a.send(std::string(a.random() % (2 * NodePacket::most_size), 'x'), false);
       return;
     case 1:
       return a.toss() ? replay(a) : replay_earlier(a);
@@ -123,6 +120,7 @@ void strike(const Attack& attack, const AttackSettings& settings, Attacker& atta
     clock.sleep_until(now_s + burst_s);
   }
   out.sent = attacker.sent;
+  out.no_packets = attacker.no_packets;
   out.per_s = static_cast<double>(attacker.sent) / (clock.now_s() - begun_s);
 }
 
@@ -141,6 +139,8 @@ void look_at_reports(const std::string& node, const std::string& run, AttackOutc
   const auto seen = parse_json(*node_text, node);
   for (const auto& [key, count] : {std::pair("packets", &out.packets),
                                    {"dropped", &out.dropped},
+                                   {"counted", &out.counted},
+                                   {"sessions", &out.sessions},
                                    {"invalid_packets", &out.invalid},
                                    {"old_packets", &out.old},
                                    {"foreign_packets", &out.foreign},
@@ -161,18 +161,21 @@ AttackOutcome attacked(const Attack& attack, const AttackSettings& settings, int
   AttackOutcome out;
   out.name = attack.name;
   const std::string here = fmt::format("{}/{}", settings.folder, port), report = here + "-node.json";
-  const std::string key = make_key(here + ".key"), address = fmt::format("127.0.0.1:{}", port);
-  const std::vector<std::string> node = {"emulator", "--variant", settings.variant, "--port", std::to_string(port + 1),
-                                         "--report", report,      "--key",          key,      "--idle-exit",
-                                         "1"};
-  Child emulator(settings.program, node, here + "-node.txt");
-  wait_s(0.3);
+  const std::string key = make_key(here + ".key"), words = here + "-node.txt";
+  const auto with_key = [&](std::vector<std::string> arguments) {
+    if (settings.keyed) arguments.insert(arguments.end(), {"--key", key});
+    return arguments;
+  };
+  Child emulator(
+      settings.program,
+      with_key({"emulator", "--variant", settings.variant, "--port", std::to_string(port + 1), "--report", report}),
+      words);
+  wait_until([&] { return read_whole_file(words).value_or("").find("on 127.0.0.1:") != std::string::npos; },
+             longest_wait_s);
   PacketTap tap(port, port + 1);
   const auto reach = [&](std::vector<std::string> arguments) {
-    const auto more = {
-        std::string("--plant"), std::string("emulator"), std::string("--node"), address, std::string("--key"), key};
-    arguments.insert(arguments.end(), more);
-    return arguments;
+    arguments.insert(arguments.end(), {"--plant", "emulator", "--node", fmt::format("127.0.0.1:{}", port)});
+    return with_key(std::move(arguments));
   };
   Child look(settings.program, reach({"check"}), here + "-check.txt");  // the session before
   look.wait(longest_wait_s);
@@ -189,12 +192,13 @@ AttackOutcome attacked(const Attack& attack, const AttackSettings& settings, int
   if (attacker.recorded.empty() || attacker.earlier.empty()) {
     out.problem = "nothing came by that could be played again";
   } else {
-    std::erase_if(attacker.recorded,
-                  [&](const std::string& p) { return p.compare(8, 8, attacker.recorded.back(), 8, 8); });
+    const std::string session = attacker.recorded.back().substr(8, 8);
+    std::erase_if(attacker.recorded, [&](const std::string& p) { return p.compare(8, 8, session) != 0; });
     strike(attack, settings, attacker, out);
   }
   out.exit_code = run.wait(seconds + longest_wait_s);
-  out.node_exit_code = emulator.wait(5.0);
+  emulator.send(SIGINT);
+  out.node_exit_code = emulator.wait(longest_wait_s);
   ::close(attacker.stranger);
   out.forwarded = tap.forwarded();
   out.commanded = tap.commands();
@@ -209,6 +213,7 @@ std::vector<AttackOutcome> attack_node(const AttackSettings& settings) {
   std::vector<AttackOutcome> table;
   int port = 20000 + 2 * (::getpid() % 10000);
   for (const Attack& attack : attacks()) {
+    if (!settings.only.empty() && settings.only != attack.name) continue;
     table.push_back(attacked(attack, settings, port));
     port += 2;
   }
@@ -216,7 +221,9 @@ std::vector<AttackOutcome> attack_node(const AttackSettings& settings) {
 }
 
 bool withstood(const AttackOutcome& o) {
-  return o.problem.empty() && o.of_others() == 0 && o.refused == 0 && o.uncounted() == 0;
+  constexpr std::int64_t sessions = 2;  // who looked before, and the run
+  return o.problem.empty() && o.not_obeyed() >= 0 && o.refused == 0 && o.sessions == sessions && o.uncounted() == 0 &&
+         o.packets == o.counted && o.invalid >= o.no_packets - o.dropped;
 }
 
 Result result_of(const std::vector<AttackOutcome>& attacks) {
@@ -224,15 +231,15 @@ Result result_of(const std::vector<AttackOutcome>& attacks) {
   Table table{
       .name = "attacks",
       .columns = {Column("attack", "attack", "<"), Column("sent", "packets"), Column("per_s", "a second", ".0f"),
-                  Column("invalid", "invalid"), Column("old", "old"), Column("foreign", "foreign"),
-                  Column("asked", "asked too"), Column("offers", "offers"), Column("dropped", "dropped"),
-                  Column("uncounted", "uncounted"), Column("commanded", "commands sent"), Column("commands", "taken"),
-                  Column("of_others", "of others"), Column("timeouts", "timeouts"), Column("ticks", "ticks"),
+                  Column("no_packets", "without tag"), Column("invalid", "invalid"), Column("old", "old"),
+                  Column("foreign", "foreign"), Column("asked", "asked too"), Column("offers", "offers"),
+                  Column("dropped", "dropped"), Column("uncounted", "uncounted"), Column("commanded", "commands sent"),
+                  Column("commands", "obeyed"), Column("timeouts", "timeouts"), Column("ticks", "ticks"),
                   Column("skipped", "skipped"), Column("missed", "missed reads"), Column("exit_code", "run's exit"),
                   Column("safe_causes", "why SAFE", "<")}};
   for (const AttackOutcome& o : attacks)
-    table.add({o.name, o.sent, o.per_s, o.invalid, o.old, o.foreign, o.asked, o.offers, o.dropped, o.uncounted(),
-               o.commanded, o.commands, o.of_others(), o.timeouts, o.ticks, o.skipped, o.missed, o.exit_code,
+    table.add({o.name, o.sent, o.per_s, o.no_packets, o.invalid, o.old, o.foreign, o.asked, o.offers, o.dropped,
+               o.uncounted(), o.commanded, o.commands, o.timeouts, o.ticks, o.skipped, o.missed, o.exit_code,
                o.problem.empty() ? o.causes : o.problem});
   return {.tables = {table}};
 }

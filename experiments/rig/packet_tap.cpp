@@ -2,6 +2,7 @@
 
 #include "core/rt/process_setup.hpp"
 #include "experiments/base/files.hpp"
+#include "experiments/rig/node/bytes.hpp"
 #include "experiments/rig/node/packet.hpp"
 
 #include <algorithm>
@@ -79,10 +80,13 @@ void PacketTap::forward() {
       ++forwarded_;
       keep(bytes.data(), static_cast<std::size_t>(size));
     }
-    for (ssize_t size; (size = ::recv(back_, bytes.data(), bytes.size(), MSG_DONTWAIT)) >= 0;)
+    for (ssize_t size; (size = ::recv(back_, bytes.data(), bytes.size(), MSG_DONTWAIT)) >= 0;) {
+      if (size >= static_cast<ssize_t>(NodePacket::header_size))
+        node_time_us_ = take_little_endian<std::uint64_t>(bytes.data() + 24);
       if (controller.sin_port != 0)
         ::sendto(front_, bytes.data(), static_cast<std::size_t>(size), MSG_DONTWAIT,
                  reinterpret_cast<const sockaddr*>(&controller), sizeof controller);
+    }
   }
 }
 
@@ -101,6 +105,11 @@ std::vector<std::string> PacketTap::recorded() const {
   std::vector<std::string> all = newest_;
   if (all.size() == most_kept) std::ranges::rotate(all, all.begin() + static_cast<std::ptrdiff_t>(next_));
   return all;
+}
+
+std::string PacketTap::newest() const {
+  const std::lock_guard lock(mutex_);
+  return newest_.empty() ? "" : newest_[(next_ + most_kept - 1) % most_kept % newest_.size()];
 }
 
 bool PacketTap::inject(const std::string& bytes) const {

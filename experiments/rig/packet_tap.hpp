@@ -21,6 +21,10 @@ class PacketTap {
 
   /// The controller's newest packets, the oldest first.
   std::vector<std::string> recorded() const;
+  /// The newest of them; empty: there is none.
+  std::string newest() const;
+  /// The node's time in the newest of its packets [us].
+  std::uint64_t node_time_us() const { return node_time_us_; }
   /// Sends bytes to the node as if from the controller; returns whether they were sent.
   bool inject(const std::string& bytes) const;
   std::int64_t forwarded() const { return forwarded_; }  ///< of the controller's
@@ -33,6 +37,7 @@ class PacketTap {
   int front_ = -1, back_ = -1;
   std::atomic<bool> ended_ = false;
   std::atomic<std::int64_t> forwarded_ = 0, commands_ = 0;
+  std::atomic<std::uint64_t> node_time_us_ = 0;
   mutable std::mutex mutex_;
   std::vector<std::string> newest_;
   std::size_t next_ = 0;

@@ -70,6 +70,7 @@ void UdpIo::open() {
     if (const auto offered = ask_for_session()) {
       session_ = *offered;
       NodePacket packet(NodePacket::Type::open);
+      packet.append(asked_with_);
       send(packet);
       if (wait_for_sample(packet.sequence, try_again_s)) {
         health_ = {};
@@ -90,16 +91,16 @@ void UdpIo::open() {
 }
 
 std::optional<std::uint64_t> UdpIo::ask_for_session() {
-  const std::uint64_t asked = unguessable_number();
+  asked_with_ = unguessable_number();
   NodePacket hello(NodePacket::Type::hello);
-  session_ = asked;
+  session_ = asked_with_;
   hello.append(std::string_view(wire_.text));
   send(hello);
   session_ = 0;
   for (const double until = clock_.now_s() + try_again_s; clock_.now_s() < until; wait(until))
     while (const auto packet = receive()) {
-      if (packet->type == NodePacket::Type::offer && packet->number(0) == asked) return packet->session;
-      if (packet->type != NodePacket::Type::refuse || packet->session != asked) continue;
+      if (packet->type == NodePacket::Type::offer && packet->number(0) == asked_with_) return packet->session;
+      if (packet->type != NodePacket::Type::refuse || packet->session != asked_with_) continue;
       const std::string text(packet->text(4));
       if (static_cast<NodeRefusal>(packet->word(0)) == NodeRefusal::other_wire)
         throw ConfigError(fmt::format("I/O node {}: it is of \"{}\", this controller of \"{}\" (allowed: the same)",
@@ -125,7 +126,8 @@ std::optional<NodePacket> UdpIo::receive() noexcept {
     const ssize_t size = ::recv(socket_, bytes.data(), bytes.size(), MSG_DONTWAIT);
     if (size < 0) return std::nullopt;
     if (auto packet = NodePacket::decode({bytes.data(), static_cast<std::size_t>(size)}, key())) return packet;
-    if (of_another_version({bytes.data(), static_cast<std::size_t>(size)})) other_version_ = bytes[3];
+    if (of_another_version({bytes.data(), static_cast<std::size_t>(size)}, NodePacket::Type::refuse))
+      other_version_ = bytes[3];
     ++health_.corrupt;
   }
 }
@@ -175,6 +177,7 @@ RigInputs UdpIo::read() noexcept {
   ++health_.reads;
   inputs_.node_was_safe = false;
   NodePacket request(NodePacket::Type::request);
+  request.append(seen_us_);
   inputs_.fresh = send(request) && wait_for_sample(request.sequence, settings_.wait_s);
   if (!inputs_.fresh) ++health_.missed;
   return inputs_;

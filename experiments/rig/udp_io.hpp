@@ -66,7 +66,7 @@ class UdpIo final : public RigIo {
   MonotonicClock clock_;
   int socket_ = -1;
   std::atomic<std::uint64_t> sequence_ = 0;  // a crash handler counts too
-  std::uint64_t session_ = 0, newest_echo_ = 0, seen_us_ = 0;
+  std::uint64_t session_ = 0, asked_with_ = 0, newest_echo_ = 0, seen_us_ = 0;
   std::int32_t timeouts_seen_ = 0;
   std::string refusal_;
   char other_version_ = 0;  // that a node speaks, which no packet can be read of

@@ -72,6 +72,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   NodePacket open(NodePacket::Type::open);
   open.session = session;
   open.sequence = ++sequence;
+  open.append(hello.session);
   send(open, controller);
   while (size >= 3) {
     const std::uint8_t how = bytes[0];
@@ -94,7 +95,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
       send(packet, foreign ? stranger : controller);
     }
     const Command& after = node.outputs();
-    if (foreign && node.log().sessions == 1 && !(after == before)) fuzz::find("a stranger's packet moved the outputs");
+    if (foreign && node.log().counters.sessions == 1 && !(after == before))
+      fuzz::find("a stranger's packet moved the outputs");
     if ((after.switches & ~((SwitchPattern{1} << modes.switch_count()) - 1)) != 0) fuzz::find("a switch that is none");
     if (!(std::abs(after.continuous[0]) <= 8.01)) fuzz::find("a force beyond the motor's");
   }

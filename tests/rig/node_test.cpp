@@ -47,16 +47,27 @@ struct NodeTest : testing::Test {
   std::optional<NodePacket> take(const NodePacket& p, double t, const NodePeer& from = operator_at) {
     return node.take(p, from, t);
   }
+  /// The begin of the session that was offered to who asked with 11, as hello(11) does.
+  NodePacket opening() {
+    NodePacket p = packet(Type::open);
+    p.append(std::uint64_t{11});
+    return p;
+  }
   void open(double t, const NodePeer& from = operator_at) {
     const auto offer = take(hello(11), t, from);
     ASSERT_TRUE(offer && offer->type == Type::offer && offer->number(0) == 11);
     session = offer->session;
-    const auto first = take(packet(Type::open), t, from);
+    const auto first = take(opening(), t, from);
     ASSERT_TRUE(first && first->type == Type::sample);
     seen_us = first->time_us;
   }
+  NodePacket request() {
+    NodePacket p = packet(Type::request);
+    p.append(seen_us);
+    return p;
+  }
   NodeSample asked(double t) {
-    const auto sample = take(packet(Type::request), t);
+    const auto sample = take(request(), t);
     seen_us = sample->time_us;
     return *NodeSample::of(*sample, 3);
   }
@@ -80,7 +91,7 @@ TEST_F(NodeTest, GoesSafeWithinTwentyMillisecondsOfTheLastCommandAndCountsIt) {
   EXPECT_EQ(node.outputs().switches, 0b1001u);
   node.tick(0.0291);
   EXPECT_EQ(node.outputs(), Command{});
-  EXPECT_EQ(node.log().timeouts, 1);
+  EXPECT_EQ(node.log().counters.timeouts, 1);
   EXPECT_EQ(asked(0.040).timeouts, 1);
   take(command(0b0110), 0.050);
   EXPECT_EQ(node.outputs().switches, 0b0110u);
@@ -116,7 +127,7 @@ struct NodeUnderFlood : NodeTest {
     Flood port(every_s, bytes);
     serve(node, {}, port, [&] { return port.now_s() > 0.5; });
     EXPECT_EQ(node.outputs(), Command{});
-    EXPECT_EQ(node.log().timeouts, 1);
+    EXPECT_EQ(node.log().counters.timeouts, 1);
     EXPECT_GE(node.log().safe_after_s, node_timeout_s);
     EXPECT_LE(node.log().safe_after_s, 0.020);
   }
@@ -132,7 +143,7 @@ TEST_F(NodeTest, NoTimeoutBeforeTheFirstCommandOfASession) {
     node.tick(1e-3 * k);
     if (k % 100 == 0) asked(1e-3 * k);
   }
-  EXPECT_EQ(node.log().timeouts, 0);
+  EXPECT_EQ(node.log().counters.timeouts, 0);
   EXPECT_EQ(node.log().safe_after_s, 0.0);
 }
 
@@ -143,11 +154,11 @@ TEST_F(NodeTest, IgnoresRepeatedOldAndForeignPackets) {
   take(first, 0.002);
   take(second, 0.003);
   EXPECT_EQ(node.outputs().switches, 0b0100u);
-  EXPECT_EQ(node.log().old_packets, 2);
+  EXPECT_EQ(node.log().counters.old_packets, 2);
   session ^= 1;
   take(command(0b1000), 0.004);
   EXPECT_EQ(node.outputs().switches, 0b0100u);
-  EXPECT_EQ(node.log().foreign_packets, 1);
+  EXPECT_EQ(node.log().counters.foreign_packets, 1);
 }
 
 TEST_F(NodeTest, RefusesWhatItsOutputsCannotBe) {
@@ -159,10 +170,10 @@ TEST_F(NodeTest, RefusesWhatItsOutputsCannotBe) {
   NodePacket cut = packet(Type::command);
   cut.append(std::int32_t{0});
   take(cut, 0.005);
-  EXPECT_EQ(node.log().refused, 4);
+  EXPECT_EQ(node.log().counters.refused, 4);
   EXPECT_EQ(node.outputs().switches, 0b0001u);
   node.tick(0.022);  // and none counted as a command
-  EXPECT_EQ(node.log().timeouts, 1);
+  EXPECT_EQ(node.log().counters.timeouts, 1);
 }
 
 TEST_F(NodeTest, BelongsToWhoOpenedItUntilNothingIsHeard) {
@@ -190,7 +201,7 @@ TEST_F(NodeTest, BelongsToWhoOpenedItUntilNothingIsHeard) {
   node.tick(1.1);
   open(1.1, stranger);
   EXPECT_EQ(node.outputs(), Command{});
-  EXPECT_EQ(node.log().sessions, 2);
+  EXPECT_EQ(node.log().counters.sessions, 2);
   session = of_operator;
   sequence += 1000;
   take(command(0b1000), 1.2);
@@ -202,7 +213,7 @@ TEST_F(NodeTest, BelongsToWhoOpenedItUntilNothingIsHeard) {
 TEST_F(NodeTest, AnOpenOfTheRunningSessionLowersNoSequence) {
   const auto offer = take(hello(11), 0.0);
   session = offer->session;
-  const NodePacket first_open = packet(Type::open);
+  const NodePacket first_open = opening();
   ASSERT_TRUE(take(first_open, 0.0));
   const NodePacket old = command(0b0101);
   take(command(0b0001), 0.001);
@@ -212,21 +223,21 @@ TEST_F(NodeTest, AnOpenOfTheRunningSessionLowersNoSequence) {
   take(rebuilt, 0.003);
   take(old, 0.004);
   EXPECT_EQ(node.outputs().switches, 0b0001u);
-  EXPECT_EQ(node.log().old_packets, 3);
-  EXPECT_EQ(node.log().sessions, 1);
+  EXPECT_EQ(node.log().counters.old_packets, 3);
+  EXPECT_EQ(node.log().counters.sessions, 1);
 }
 
 TEST_F(NodeTest, ARecordedSessionCannotBePlayedAgain) {
   const NodePacket recorded_hello = hello(11);
   session = take(recorded_hello, 0.0)->session;
-  const std::vector<NodePacket> recorded = {packet(Type::open), command(0b0101), command(0b1010)};
+  const std::vector<NodePacket> recorded = {opening(), command(0b0101), command(0b1010)};
   for (const NodePacket& p : recorded) take(p, 0.001);
   take(packet(Type::close), 0.002);
   ASSERT_EQ(node.outputs(), Command{});
   EXPECT_NE(take(recorded_hello, 0.01)->session, session);
   for (const NodePacket& p : recorded) take(p, 0.01);
   EXPECT_EQ(node.outputs(), Command{});
-  EXPECT_EQ(node.log().sessions, 1);
+  EXPECT_EQ(node.log().counters.sessions, 1);
 }
 
 TEST_F(NodeTest, CommandsThatWereHeldBackMoveNothing) {
@@ -235,7 +246,7 @@ TEST_F(NodeTest, CommandsThatWereHeldBackMoveNothing) {
   take(command(0b0001), 0.001);
   const NodePacket before_the_timeout = command(0b0101);
   node.tick(0.030);
-  ASSERT_EQ(node.log().timeouts, 1);
+  ASSERT_EQ(node.log().counters.timeouts, 1);
   take(before_the_timeout, 0.031);  // newer than all that came, and 30 ms old
   EXPECT_EQ(node.outputs(), Command{});
   asked(0.032);
@@ -250,7 +261,7 @@ TEST_F(NodeTest, CommandsThatWereHeldBackMoveNothing) {
     take(p, t += 1e-3);
     EXPECT_EQ(node.outputs(), Command{});
   }
-  EXPECT_EQ(node.log().old_packets, 25);
+  EXPECT_EQ(node.log().counters.old_packets, 25);
 }
 
 TEST_F(NodeTest, ASteadyStreamOfOldCommandsIsNone) {
@@ -270,7 +281,7 @@ TEST_F(NodeTest, ACommandThatIsLateEndsNoTimeoutThatNobodyLookedFor) {
   take(command(0b0001), 0.001);
   take(command(0b0100), 0.026);  // no tick between: the node was kept from it
   EXPECT_EQ(node.outputs(), Command{});
-  EXPECT_EQ(node.log().timeouts, 1);
+  EXPECT_EQ(node.log().counters.timeouts, 1);
   EXPECT_EQ(asked(0.027).timeouts, 1);
 }
 
@@ -313,6 +324,55 @@ TEST_F(NodeTest, AnotherWireIsRefusedByName) {
   EXPECT_FALSE(node.begun());
 }
 
+TEST_F(NodeTest, AnOlderOfferDoesNotDisplaceTheSession) {
+  const auto first = take(hello(11), 0.0);
+  const NodePacket late = [&] {
+    session = first->session;
+    return opening();
+  }();
+  open(0.010);
+  take(command(0b0001), 0.011);
+  take(late, 0.012);  // of the same peer, held on its way
+  EXPECT_EQ(node.outputs().switches, 0b0001u);
+  EXPECT_EQ(node.log().counters.sessions, 1);
+}
+
+TEST_F(NodeTest, AFloodOfHellosKeepsNobodyFromOpening) {
+  const auto offer = take(hello(11), 0.0);
+  for (int k = 0; k < 1000; ++k)
+    take(hello(static_cast<std::uint64_t>(k)), 0.001, {0x0A000000u + static_cast<std::uint32_t>(k), 1000});
+  session = offer->session;
+  EXPECT_TRUE(take(opening(), 0.002));
+  EXPECT_EQ(node.log().counters.sessions, 1);
+}
+
+TEST_F(NodeTest, AnOfferHoldsForASecondAndForWhoAskedWithItsNumber) {
+  session = take(hello(11), 0.5)->session;
+  EXPECT_FALSE(take(opening(), 0.6, stranger));
+  NodePacket other = packet(Type::open);
+  other.append(std::uint64_t{12});
+  EXPECT_FALSE(take(other, 0.6));
+  EXPECT_FALSE(take(opening(), 2.1));
+  session = take(hello(11), 2.2)->session;
+  EXPECT_TRUE(take(opening(), 3.1));
+  EXPECT_EQ(node.log().counters.foreign_packets, 3);
+}
+
+TEST_F(NodeTest, AStrangerGetsNoWordOfTheRunningSession) {
+  open(0.0);
+  EXPECT_FALSE(take(request(), 0.001, stranger));  // which would carry its number, and a tag
+  EXPECT_EQ(node.log().counters.foreign_packets, 1);
+}
+
+TEST_F(NodeTest, RequestsThatWereKeptDoNotHoldTheNode) {
+  open(0.0);
+  std::vector<NodePacket> kept;
+  for (int k = 0; k < 10; ++k) kept.push_back(request());
+  double t = 0.0;
+  for (const NodePacket& p : kept) take(p, t += 0.9);
+  EXPECT_EQ(take(hello(12), t + 0.01, stranger)->type, Type::offer);
+}
+
 /// A link that brings one packet and keeps the answers.
 class OnePacket final : public NodePort {
  public:
@@ -333,14 +393,14 @@ class OnePacket final : public NodePort {
 };
 
 TEST_F(NodeTest, AnotherVersionIsRefusedInWords) {
-  OnePacket port("SLN1" + std::string(60, 'x'));
+  OnePacket port("SLN1\1" + std::string(60, 'x'));
   serve(node, {}, port, [&] { return port.now_s() > 0.1; });
   ASSERT_EQ(port.answers.size(), 1u);
   const auto answer = NodePacket::decode(port.answers[0], nullptr);
   ASSERT_TRUE(answer && answer->type == Type::refuse);
   EXPECT_EQ(static_cast<NodeRefusal>(answer->word(0)), NodeRefusal::other_version);
   EXPECT_EQ(answer->text(4), "this node speaks version 2 of the protocol");
-  EXPECT_EQ(node.log().other_versions, 1);
+  EXPECT_EQ(node.log().counters.other_versions, 1);
   EXPECT_EQ(node.log().events.back().what,
             "refused 127.0.0.1:50001: it speaks another version of the protocol, this node version 2");
 }
@@ -348,15 +408,15 @@ TEST_F(NodeTest, AnotherVersionIsRefusedInWords) {
 TEST_F(NodeTest, AnEmptyPacketIsCounted) {
   OnePacket port("");
   serve(node, {}, port, [&] { return port.now_s() > 0.1; });
-  EXPECT_EQ(node.log().packets, 1);
-  EXPECT_EQ(node.log().invalid_packets, 1);
+  EXPECT_EQ(node.log().counters.packets, 1);
+  EXPECT_EQ(node.log().counters.invalid_packets, 1);
 }
 
 TEST_F(NodeTest, ShortPacketsOfAnotherVersionAreNotAnsweredWithLongOnes) {
-  OnePacket port("SLN3");
+  OnePacket port("SLN3\1");
   serve(node, {}, port, [&] { return port.now_s() > 0.1; });
   EXPECT_TRUE(port.answers.empty());
-  EXPECT_EQ(node.log().other_versions, 1);
+  EXPECT_EQ(node.log().counters.other_versions, 1);
 }
 
 TEST_F(NodeTest, ThePlantStaysWhereASessionLeftIt) {
@@ -368,7 +428,7 @@ TEST_F(NodeTest, ThePlantStaysWhereASessionLeftIt) {
   const auto begin = [&](double t, const NodePeer& from) {
     const auto offer = twin.take(hello(11), from, t);
     session = offer->session;
-    const auto first = twin.take(packet(Type::open), from, t);
+    const auto first = twin.take(opening(), from, t);
     seen_us = first->time_us;
     return from_microvolts(NodeSample::of(*first, 3)->microvolts[0]);
   };

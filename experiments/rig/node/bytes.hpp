@@ -1,7 +1,9 @@
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 namespace solenoid {
 
@@ -14,7 +16,12 @@ constexpr void put_little_endian(char* out, T value) noexcept {
 
 /// Reads a number whose lowest byte comes first.
 template <class T>
-constexpr T take_little_endian(const char* from) noexcept {
+T take_little_endian(const char* from) noexcept {
+  if constexpr (std::endian::native == std::endian::little) {
+    T whole;
+    std::memcpy(&whole, from, sizeof whole);
+    return whole;
+  }
   std::uint64_t value = 0;
   for (std::size_t i = 0; i < sizeof(T); ++i) value |= std::uint64_t{static_cast<unsigned char>(from[i])} << (8 * i);
   return static_cast<T>(value);

@@ -32,7 +32,8 @@ class NodeHardware {
  public:
   /// Time since the board was started [us]: never decreases, and does not wrap.
   virtual std::uint64_t now_us() noexcept = 0;
-  /// 64 bits that nobody can guess: of a generator of true random numbers. Sessions are as safe as these are.
+  /// 64 bits that nobody can guess: of a generator of true random numbers. Asked for when the node starts; its sessions
+  /// are as safe as these are.
   virtual std::uint64_t random() noexcept = 0;
 
   /// The next UDP packet that came to node_port, and who sent it: its bytes into `room`, returning how many; 0: none has come.

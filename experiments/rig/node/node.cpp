@@ -1,5 +1,7 @@
 #include "experiments/rig/node/node.hpp"
 
+#include "experiments/rig/node/bytes.hpp"
+
 #include <algorithm>
 #include <limits>
 
@@ -9,12 +11,12 @@ namespace {
 constexpr int most_packets = 32;  // taken in a round, however many more there are
 constexpr std::uint64_t longest_round_us = 500;
 constexpr std::size_t most_answer_to_a_stranger = 3;  // times what was asked with, as RFC 9000, section 8, has it
-constexpr std::uint64_t offer_holds_us = 1'000'000;
-constexpr std::int32_t rounding_microvolts = 1;  // a voltage travels in whole microvolts
+constexpr std::uint64_t offer_second_us = 1'000'000;  // an offer holds for what is left of its second and the next
+constexpr std::int32_t rounding_microvolts = 1;       // a voltage travels in whole microvolts
 
-constexpr bool of_a_node(NodePacket::Type type) {
-  using Type = NodePacket::Type;
-  return type == Type::offer || type == Type::refuse || type == Type::sample;
+/// One more, as far as the number goes.
+constexpr void count(std::int32_t& number) noexcept {
+  if (number < std::numeric_limits<std::int32_t>::max()) ++number;
 }
 
 /// A few words for a person, of bounded length.
@@ -49,8 +51,20 @@ class Words {
 
 }  // namespace
 
+Node::Node(const NodeDescription& description, NodeHardware& board) noexcept
+    : of_(description), board_(board), sampler_(description.sampling, description.channels) {
+  of_.channels = std::min(of_.channels, most_node_channels);
+  of_.outputs = std::min(of_.outputs, most_node_outputs);
+}
+
 void Node::start() noexcept {
+  set_safe_outputs();
   now_us_ = board_.now_us();
+  char* const secret = reinterpret_cast<char*>(secret_.bytes.data());
+  for (const std::size_t half : {0, 8}) put_little_endian(secret + half, board_.random());
+}
+
+void Node::set_safe_outputs() noexcept {
   board_.set_switches(of_.safe_switches);
   for (std::size_t i = 0; i < of_.outputs; ++i) board_.set_output(i, of_.continuous[i].safe_microvolts);
   safe_ = true;
@@ -73,6 +87,8 @@ void Node::poll() noexcept {
     take_bytes({bytes_.data(), std::min(size, bytes_.size())}, from);
   }
   tick();
+  if (now_us_ == kicked_us_) return;  // a clock that stands still is what a watchdog is for
+  kicked_us_ = now_us_;
   board_.kick_watchdog();
 }
 
@@ -91,26 +107,48 @@ void Node::tick() noexcept {
 void Node::watch() noexcept {
   if (safe_ || now_us_ - last_command_us_ < node_timeout_us) return;
   ++counters_.timeouts;
-  ++session_timeouts_;
+  count(session_timeouts_);
   timeout_us_ = now_us_;
-  counters_.safe_after_us = std::max(counters_.safe_after_us, now_us_ - last_command_us_);
-  make_safe(NodeEvent::safe_by_timeout);
+  set_safe_outputs();
+  counters_.safe_after_us = std::max(counters_.safe_after_us, board_.now_us() - last_command_us_);
+  board_.tell(NodeEvent::safe_by_timeout, peer_);
 }
 
 void Node::make_safe(NodeEvent why) noexcept {
-  start();
+  set_safe_outputs();
   board_.tell(why, peer_);
 }
 
+bool Node::worth_a_tag(std::string_view bytes) const noexcept {
+  using Type = NodePacket::Type;
+  constexpr std::size_t least = NodePacket::header_size + NodePacket::tag_size;
+  if (bytes.size() < least) return false;
+  const std::size_t length = bytes.size() - least;
+  switch (static_cast<Type>(bytes[4])) {
+    case Type::hello:
+      return length <= NodePacket::most_payload;
+    case Type::command:
+      return length == (1 + of_.outputs) * sizeof(std::int32_t) + sizeof(std::uint64_t);
+    case Type::open:
+    case Type::request:
+      return length == sizeof(std::uint64_t);
+    default:
+      return length == 0;
+  }
+}
+
 void Node::take_bytes(std::string_view bytes, const NodePeer& from) noexcept {
-  if (NodePacket::decode(bytes, of_.key, packet_)) {
+  if (worth_a_tag(bytes) && NodePacket::decode(bytes, of_.key, packet_)) {
     if (const NodePacket* const reply = take(packet_, from)) send(*reply, from);
     return;
   }
-  ++counters_.invalid_packets;
-  if (!of_another_version(bytes)) return;
-  if (counters_.other_versions++ == 0 || from != last_foreign_) board_.tell(NodeEvent::refused_version, from);
-  last_foreign_ = from;
+  if (!of_another_version(bytes, NodePacket::Type::hello)) {
+    ++counters_.invalid_packets;
+    return;
+  }
+  ++counters_.other_versions;
+  if (from != last_other_version_) board_.tell(NodeEvent::refused_version, from);
+  last_other_version_ = from;
   constexpr std::string_view why = "this node speaks version 2 of the protocol";
   constexpr std::size_t size = NodePacket::header_size + sizeof(std::int32_t) + why.size() + NodePacket::tag_size;
   if (size <= most_answer_to_a_stranger * bytes.size()) send(*refuse(0, NodeRefusal::other_version, why), from);
@@ -125,75 +163,87 @@ const NodePacket* Node::take(const NodePacket& packet, const NodePeer& from) noe
   using Type = NodePacket::Type;
   tick();
   if (packet.type == Type::hello) return welcome(packet, from);
-  if (of_a_node(packet.type)) {  // its own, sent back by somebody
-    ++counters_.foreign_packets;
-    return nullptr;
-  }
-  if (session_ == 0 || packet.session != session_ || from != peer_) {
-    if (packet.type == Type::open) return open(packet, from);
-    ++counters_.foreign_packets;
-    if (packet.type != Type::request) return nullptr;
-    return taken() ? busy(packet.session, from) : refuse(packet.session, NodeRefusal::no_session, "");
-  }
+  const bool of_a_node = packet.type == Type::offer || packet.type == Type::refuse || packet.type == Type::sample;
+  if (of_a_node || session_ == 0 || packet.session != session_ || from != peer_)
+    return take_of_a_stranger(packet, from);
   if (packet.sequence <= newest_) {
     ++counters_.old_packets;
     return nullptr;
   }
   newest_ = packet.sequence;
-  heard_us_ = now_us_;
   switch (packet.type) {
     case Type::command:
       command(packet);
       return nullptr;
-    case Type::safe:
-    case Type::close:
+    case Type::open:  // again: its first answer was lost
+    case Type::request:
+      ++counters_.requests;
+      if (packet.type == Type::request && of_now(packet.number(0))) heard_us_ = now_us_;
+      return sample(packet);
+    default:  // safe, close
+      ++(packet.type == Type::safe ? counters_.safes : counters_.closes);
       if (!safe_) make_safe(NodeEvent::safe_by_command);
       if (packet.type == Type::close) {
         session_ = 0;
         board_.tell(NodeEvent::closed, peer_);
       }
       return nullptr;
-    default:  // a request, or an open again: its first answer was lost
-      return sample(packet);
   }
+}
+
+/// A node's own packets, sent back by somebody, are foreign too. Who asks for a sample of a session that is over is told so;
+/// of the one that is, nothing is said to anybody else.
+const NodePacket* Node::take_of_a_stranger(const NodePacket& packet, const NodePeer& from) noexcept {
+  if (packet.type == NodePacket::Type::open) return open(packet, from);
+  const bool another_session = packet.type == NodePacket::Type::request && packet.session != session_;
+  if (another_session && taken()) return busy(packet.session, from);
+  ++counters_.foreign_packets;
+  return another_session ? refuse(packet.session, NodeRefusal::no_session, "") : nullptr;
 }
 
 const NodePacket* Node::welcome(const NodePacket& hello, const NodePeer& from) noexcept {
   if (hello.text(0) != of_.wire) {
+    ++counters_.other_wires;
     const std::size_t room = most_answer_to_a_stranger * (NodePacket::header_size + hello.length);
     const std::size_t size = std::min(of_.wire.size(), room - NodePacket::header_size);
     return refuse(hello.session, NodeRefusal::other_wire, {of_.wire.data(), size});
   }
   if (taken() && from != peer_) return busy(hello.session, from);
-  Offer& offer = offers_[next_offer_++ % offers_.size()];
-  do offer = {from, board_.random(), now_us_ + offer_holds_us};
-  while (offer.session == 0);
   ++counters_.offers;
-  NodePacket& reply = answer(NodePacket::Type::offer, offer.session);
+  NodePacket& reply = answer(NodePacket::Type::offer, offered(from, hello.session, now_us_ / offer_second_us));
   reply.append(hello.session);
   return &reply;
 }
 
+std::uint64_t Node::offered(const NodePeer& to, std::uint64_t asked_with, std::uint64_t second) const noexcept {
+  std::array<char, 32> what{};
+  put_little_endian(what.data(), asked_with);
+  put_little_endian(what.data() + 8, second);
+  put_little_endian(what.data() + 16, static_cast<std::uint64_t>(counters_.sessions));
+  put_little_endian(what.data() + 24, to.address);
+  put_little_endian(what.data() + 28, to.port);
+  const NodeTag tag = siphash_2_4_128({what.data(), what.size()}, secret_);
+  return take_little_endian<std::uint64_t>(tag.data()) | 1;  // 0 is none
+}
+
 const NodePacket* Node::open(const NodePacket& packet, const NodePeer& from) noexcept {
-  const auto offer = std::find_if(offers_.begin(), offers_.end(), [&](const Offer& o) {
-    return o.session != 0 && o.session == packet.session && o.peer == from && now_us_ < o.until_us;
-  });
-  if (offer == offers_.end()) {
+  const std::uint64_t second = now_us_ / offer_second_us, asked_with = packet.number(0);
+  if (packet.session != offered(from, asked_with, second) &&
+      (second == 0 || packet.session != offered(from, asked_with, second - 1))) {
     ++counters_.foreign_packets;
     return nullptr;
   }
   if (taken() && from != peer_) return busy(packet.session, from);
-  begin_session(*offer);
-  *offer = {};
+  begin_session(packet.session, from);
   newest_ = packet.sequence;
   return sample(packet);
 }
 
-void Node::begin_session(const Offer& offer) noexcept {
+void Node::begin_session(std::uint64_t session, const NodePeer& from) noexcept {
   if (!safe_) make_safe(NodeEvent::safe_by_session);
   ++counters_.sessions;
-  session_ = offer.session;
-  peer_ = offer.peer;
+  session_ = session;
+  peer_ = from;
   heard_us_ = now_us_;
   session_timeouts_ = session_refused_ = session_asked_ = 0;
   commanded_ = false;
@@ -220,17 +270,16 @@ const NodePacket* Node::refuse(std::uint64_t session, NodeRefusal why, std::stri
 
 const NodePacket* Node::busy(std::uint64_t session, const NodePeer& from) noexcept {
   ++counters_.asked;
-  if (session_asked_ < std::numeric_limits<std::int32_t>::max()) ++session_asked_;
-  if (from != last_foreign_) board_.tell(NodeEvent::refused_controller, from);
-  last_foreign_ = from;
+  count(session_asked_);
+  if (from != last_asking_) board_.tell(NodeEvent::refused_controller, from);
+  last_asking_ = from;
   Words why;
   why << peer_ << ", heard of " << (now_us_ - heard_us_ + 500) / 1000 << " ms ago";
   return refuse(session, NodeRefusal::busy, why.text());
 }
 
-bool Node::of_now(const NodeCommand& command) const noexcept {
-  return command.seen_us >= timeout_us_ && command.seen_us <= now_us_ &&
-         now_us_ - command.seen_us <= node_command_age_us;
+bool Node::of_now(std::uint64_t seen_us) const noexcept {
+  return seen_us <= now_us_ && now_us_ - seen_us <= node_command_age_us;
 }
 
 bool Node::possible(const NodeCommand& command) const noexcept {
@@ -244,17 +293,18 @@ bool Node::possible(const NodeCommand& command) const noexcept {
 
 void Node::command(const NodePacket& packet) noexcept {
   const auto wanted = NodeCommand::of(packet, of_.outputs);
-  if (wanted && !of_now(*wanted)) {
+  if (wanted && (!of_now(wanted->seen_us) || wanted->seen_us < timeout_us_)) {
     ++counters_.old_packets;
     return;
   }
-  ++counters_.commands;
+  heard_us_ = now_us_;
   if (!wanted || !possible(*wanted)) {
     ++counters_.refused;
-    ++session_refused_;
+    count(session_refused_);
     board_.tell(NodeEvent::refused_command, peer_);
     return;  // and does not count as a command
   }
+  ++counters_.commands;
   if (commanded_) counters_.longest_silence_us = std::max(counters_.longest_silence_us, now_us_ - last_command_us_);
   if (safe_ && commanded_) board_.tell(NodeEvent::commanded_again, peer_);
   safe_ = false;

@@ -29,18 +29,35 @@ struct NodeDescription {
   SamplerSettings sampling{};
 };
 
-/// What a node has seen since it was started.
+/// What a node has seen since it was started. Each packet that came is counted in one of the first group, and there once.
 struct NodeCounters {
-  std::int64_t sessions = 0, commands = 0, old_packets = 0, foreign_packets = 0, asked = 0, timeouts = 0, refused = 0;
-  std::int64_t packets = 0;          ///< all that came, however they ended
-  std::int64_t invalid_packets = 0;  ///< of another length, magic or tag, those of other versions among them
-  std::int64_t other_versions = 0, offers = 0;
+  std::int64_t commands = 0;  ///< obeyed
+  std::int64_t requests = 0;  ///< answered with a sample
+  std::int64_t sessions = 0;  ///< opened
+  std::int64_t safes = 0, closes = 0;
+  std::int64_t offers = 0;           ///< hellos answered with one
+  std::int64_t asked = 0;            ///< by others than the controller that has the node: refused
+  std::int64_t other_wires = 0;      ///< hellos of another wire: refused
+  std::int64_t refused = 0;          ///< commands that the outputs cannot be
+  std::int64_t old_packets = 0;      ///< taken before, or held back
+  std::int64_t foreign_packets = 0;  ///< of no session, from another address, or of a node
+  std::int64_t invalid_packets = 0;  ///< of another length, magic or tag
+  std::int64_t other_versions = 0;   ///< of the protocol: refused
+
+  std::int64_t packets = 0;  ///< all that came
+  std::int64_t timeouts = 0;
   std::uint64_t longest_silence_us = 0;  ///< between two commands of a session
-  std::uint64_t safe_after_us = 0;       ///< from the last command to the safe state, of the latest of all timeouts
+  std::uint64_t safe_after_us = 0;       ///< from the last command to the safe state, the longest of all timeouts
+
+  /// The sum of the first group: `packets`.
+  std::int64_t counted() const noexcept {
+    return commands + requests + sessions + safes + closes + offers + asked + other_wires + refused + old_packets +
+           foreign_packets + invalid_packets + other_versions;
+  }
 };
 
-/// The I/O node: the protocol's far side over a board (docs/reference/rig.md has the rules). Freestanding: no heap, no
-/// exceptions, no floating point, and no clock or socket but the board's.
+/// The I/O node: the protocol's far side over a board (docs/reference/rig.md has the rules). No heap, no exceptions, no
+/// floating point, no library beyond the headers of C++, and no clock or socket but the board's.
 ///
 ///     node.start();
 ///     for (;;) node.run_once();
@@ -48,9 +65,14 @@ struct NodeCounters {
 /// One controller has the node at a time: the peer that opened, until it closes or nothing was heard of it for
 /// node_hold_us. Whoever else asks meanwhile is refused, and both are told. Commands that were held back on their way
 /// are none: a timeout is looked for before each packet, and a command says which sample its controller had seen.
+///
+/// An offered session is a number that the node can make again from who asked, with what number, when, and a secret of its
+/// own: so offers take no memory, and nobody can fill it (as TCP's SYN cookies, RFC 4987). Every session that begins makes
+/// those offered before it worthless.
 class Node {
  public:
-  Node(const NodeDescription& description, NodeHardware& board) : of_(description), board_(board) {}
+  /// Channels and outputs beyond what a packet has room for are left out.
+  Node(const NodeDescription& description, NodeHardware& board) noexcept;
 
   /// Makes the outputs safe. Once, before all else.
   void start() noexcept;
@@ -76,38 +98,38 @@ class Node {
   std::uint64_t heard_us() const noexcept { return heard_us_; }
 
  private:
-  /// A session that was offered and has not begun.
-  struct Offer {
-    NodePeer peer;
-    std::uint64_t session = 0, until_us = 0;
-  };
   bool taken() const noexcept { return session_ != 0 && now_us_ - heard_us_ < node_hold_us; }
   void take_bytes(std::string_view bytes, const NodePeer& from) noexcept;
+  const NodePacket* take_of_a_stranger(const NodePacket& packet, const NodePeer& from) noexcept;
   void send(const NodePacket& packet, const NodePeer& to) noexcept;
   const NodePacket* welcome(const NodePacket& hello, const NodePeer& from) noexcept;
   const NodePacket* open(const NodePacket& packet, const NodePeer& from) noexcept;
-  void begin_session(const Offer& offer) noexcept;
+  void begin_session(std::uint64_t session, const NodePeer& from) noexcept;
+  /// The number of a session that is offered to a peer which asked with a number, in one of the seconds of the node's time.
+  std::uint64_t offered(const NodePeer& to, std::uint64_t asked_with, std::uint64_t second) const noexcept;
   const NodePacket* refuse(std::uint64_t session, NodeRefusal why, std::string_view text) noexcept;
   const NodePacket* busy(std::uint64_t session, const NodePeer& from) noexcept;
-  /// Whether a controller sent this lately, and after the last timeout.
-  bool of_now(const NodeCommand& command) const noexcept;
+  /// Whether who sent this had seen a sample lately.
+  bool of_now(std::uint64_t seen_us) const noexcept;
+  /// Whether bytes may be a packet for this node: what can be told without the tag, which takes longest.
+  bool worth_a_tag(std::string_view bytes) const noexcept;
   bool possible(const NodeCommand& command) const noexcept;
   void command(const NodePacket& packet) noexcept;
+  void set_safe_outputs() noexcept;
   void make_safe(NodeEvent why) noexcept;
   const NodePacket* sample(const NodePacket& asked) noexcept;
   void watch() noexcept;
   /// The answer, begun anew.
   NodePacket& answer(NodePacket::Type type, std::uint64_t session) noexcept;
 
-  const NodeDescription& of_;
+  NodeDescription of_;
   NodeHardware& board_;
-  Sampler sampler_{of_.sampling, of_.channels};
+  Sampler sampler_;
   NodeCounters counters_;
-  std::array<Offer, 4> offers_{};  // the oldest gives way
-  std::uint32_t next_offer_ = 0;
-  NodePeer peer_, last_foreign_;
+  NodeKey secret_;  // of its offers
+  NodePeer peer_, last_asking_, last_other_version_;
   std::uint64_t session_ = 0, newest_ = 0, answers_ = 0;
-  std::uint64_t now_us_ = 0, timeout_us_ = 0, last_command_us_ = 0, heard_us_ = 0;
+  std::uint64_t now_us_ = 0, kicked_us_ = 0, timeout_us_ = 0, last_command_us_ = 0, heard_us_ = 0;
   std::int32_t session_timeouts_ = 0, session_refused_ = 0, session_asked_ = 0;
   bool safe_ = true, commanded_ = false;
   NodePacket packet_, answer_;

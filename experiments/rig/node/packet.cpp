@@ -85,9 +85,9 @@ std::optional<NodePacket> NodePacket::decode(std::string_view bytes, const NodeK
   return packet;
 }
 
-bool of_another_version(std::string_view bytes) noexcept {
-  return bytes.size() >= 4 && bytes[0] == 'S' && bytes[1] == 'L' && bytes[2] == 'N' && bytes[3] >= '1' &&
-         bytes[3] <= '9' && bytes[3] != NodePacket::version;
+bool of_another_version(std::string_view bytes, NodePacket::Type type) noexcept {
+  return bytes.size() >= 5 && bytes[0] == 'S' && bytes[1] == 'L' && bytes[2] == 'N' && bytes[3] >= '1' &&
+         bytes[3] <= '9' && bytes[3] != NodePacket::version && bytes[4] == static_cast<char>(type);
 }
 
 void NodeSample::put(NodePacket& packet, std::size_t channels) const noexcept {

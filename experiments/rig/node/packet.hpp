@@ -20,14 +20,14 @@ namespace solenoid {
 ///     hello     wire text                       asks for a session; `session` is a number of the asker's choice
 ///     offer     that number                     the node has room: `session` is its random number for a new one
 ///     refuse    reason, text                    the node has none: another controller, another wire
-///     open                                      begins the session offered: safe outputs, counters 0
-///     request                                   asks for a sample
+///     open      number it asked with            begins the session offered: safe outputs, counters 0
+///     request   sample's time                   asks for a sample
 ///     command   switches, volts, sample's time  outputs until the next command; none for 20 ms: safe
 ///     sample    echo, counters, age, volts      answers open and request
 ///     safe                                      safe outputs at once
 ///     close                                     safe outputs, and the session's end
 ///
-/// This header and what it includes are freestanding: firmware is compiled from them.
+/// Firmware is compiled from this header and what it includes: no heap, exceptions or floating point.
 struct NodePacket {
   enum class Type : std::uint8_t { hello = 1, offer, refuse, open, request, command, sample, safe, close };
   static constexpr std::uint32_t magic = 0x324E4C53;  // "SLN2" in the packet
@@ -62,8 +62,8 @@ struct NodePacket {
   static bool decode(std::string_view bytes, const NodeKey* key, NodePacket& packet) noexcept;
 };
 
-/// Whether bytes are a packet of another version of this protocol: its first bytes say so.
-bool of_another_version(std::string_view bytes) noexcept;
+/// Whether bytes are a packet of a type in another version of this protocol, as its first bytes say.
+bool of_another_version(std::string_view bytes, NodePacket::Type type) noexcept;
 
 /// Channels and continuous inputs that a packet may have at most.
 inline constexpr std::size_t most_node_channels = 16, most_node_outputs = 16;

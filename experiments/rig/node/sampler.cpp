@@ -10,15 +10,13 @@ Sampler::Sampler(const SamplerSettings& settings, std::size_t channels) noexcept
       channels_(std::min(channels, most_node_channels)) {}
 
 void Sampler::poll(NodeHardware& board, std::uint64_t now_us) noexcept {
-  if (now_us < due_us_) return;
+  if (now_us < due_us()) return;
+  const bool kept_up = now_us - due_us_ < spacing_us_;  // else the raster begins anew
+  due_us_ = (kept_up ? due_us_ : now_us) + spacing_us_;
   convert(board, now_us);
 }
 
-/// Due times stay on their raster while the node keeps up; what is from before a long gap is no part of a mean.
 void Sampler::convert(NodeHardware& board, std::uint64_t now_us) noexcept {
-  const bool kept_up = now_us >= due_us_ && now_us - due_us_ < spacing_us_;
-  due_us_ = (kept_up ? due_us_ : now_us) + spacing_us_;
-  if (taken_ > 0 && now_us - times_us_[newest_] > 2 * std::uint64_t{spacing_us_} * conversions_) taken_ = 0;
   newest_ = newest_ + 1 >= conversions_ ? 0 : newest_ + 1;
   board.convert(std::span(counts_[newest_]).first(channels_));
   times_us_[newest_] = now_us;
@@ -26,15 +24,18 @@ void Sampler::convert(NodeHardware& board, std::uint64_t now_us) noexcept {
 }
 
 Sampler::Sample Sampler::newest(NodeHardware& board, std::uint64_t now_us) noexcept {
-  if (taken_ == 0 || now_us - times_us_[newest_] > spacing_us_ / 2) convert(board, now_us);
+  if (taken_ == 0 || conversions_ == 1) convert(board, now_us);
+  const std::uint64_t longest_us = 3 * std::uint64_t{spacing_us_} * conversions_ / 2;
   Sample sample;
-  sample.conversions = taken_;
-  std::uint64_t times = 0;
-  for (std::uint32_t i = 0, at = newest_; i < taken_; ++i, at = (at == 0 ? conversions_ : at) - 1) {
-    times += times_us_[at];
+  sample.conversions = 0;
+  std::uint64_t before_us = 0;  // the newest, summed up
+  for (std::uint32_t at = newest_; sample.conversions < taken_; at = (at == 0 ? conversions_ : at) - 1) {
+    if (times_us_[newest_] - times_us_[at] > longest_us) break;
+    before_us += times_us_[newest_] - times_us_[at];
+    ++sample.conversions;
     for (std::size_t c = 0; c < channels_; ++c) sample.sums[c] += counts_[at][c];
   }
-  sample.time_us = times / taken_;
+  sample.time_us = times_us_[newest_] - before_us / sample.conversions;
   return sample;
 }
 

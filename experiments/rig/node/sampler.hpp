@@ -28,7 +28,8 @@ struct SamplerSettings {
 ///     y = 1/N sum_{i < N} u(t - i T/N),    |H(f)| = |sin(pi f T) / (N sin(pi f T/N))|,    delay (N - 1) T / 2N
 ///
 /// whose time is the mean of theirs: so a sample says to the microsecond when it was measured, whenever it is asked for.
-/// Who asks while the newest conversion is more than half its period old gets one more.
+/// A board that comes too late to convert has fewer in its mean, none of them older than 3 T/2 before the newest. With
+/// N = 1 nothing is converted until a sample is asked for, and then at once.
 class Sampler {
  public:
   static constexpr std::uint32_t most_conversions = 16;
@@ -48,8 +49,8 @@ class Sampler {
   Sample newest(NodeHardware& board, std::uint64_t now_us) noexcept;
   /// Forgets the conversions so far: what comes next has nothing to do with them.
   void forget() noexcept { taken_ = 0; }
-  /// When the next conversion is due [us].
-  std::uint64_t due_us() const noexcept { return due_us_; }
+  /// When the next conversion is due [us]; never, if there is one a sample.
+  std::uint64_t due_us() const noexcept { return conversions_ > 1 ? due_us_ : ~std::uint64_t{0}; }
 
  private:
   void convert(NodeHardware& board, std::uint64_t now_us) noexcept;
