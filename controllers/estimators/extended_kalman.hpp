@@ -1,6 +1,7 @@
 #pragma once
 
 #include "controllers/estimators/kalman_setup.hpp"
+#include "controllers/estimators/late_values.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -21,6 +22,10 @@ namespace solenoid {
 /// A channel that is late measures the last of its past outputs: the filter of the augmented system, which for a linear
 /// model is the optimal one. The past outputs, not the past states, are carried: one number a tick of delay. During
 /// the first D_c ticks after a start such a channel speaks of a time before it, and is left out.
+///
+/// Values that a tick brings late, by an age that is known only then, are taken where they belong (late_values.hpp),
+/// and the state is predicted from there; covariances are of the filter's own tick. A channel's `delay_ticks` come on
+/// top.
 ///
 /// The mean takes the model's step, the covariance the Jacobian of smooth_step where there is one.
 ///
@@ -52,24 +57,35 @@ class ExtendedKalman {
     }
     process_variance_.resize(core_);
     for (int i = 0; i < n; ++i) process_variance_[i] = tick_s * square(at(setup_.process_sigma, i));
-    for (int i = n; i < core_; ++i) process_variance_[i] = at(setup_.disturbances, i - n).renewed(tick_s);
+    kept_.resize(core_ - n);
+    for (int i = n; i < core_; ++i) {
+      process_variance_[i] = at(setup_.disturbances, i - n).renewed(tick_s);
+      kept_[i - n] = at(setup_.disturbances, i - n).kept(tick_s);
+    }
     start();
     starts_ = 0;
   }
 
   /// Takes the channels' values of this tick; returns the estimate at this tick. Values that are missing or not finite
-  /// are left out. A belief that is not finite, or one that a channel contradicts for long, starts anew.
-  StateOf<M> update(std::span<const double> measured) noexcept {
+  /// are left out. A belief that is not finite, or one that a channel contradicts for long, starts anew. `age_s`: how
+  /// long before the tick they were measured.
+  StateOf<M> update(std::span<const double> measured, double age_s = 0.0) noexcept {
     if (starts_ == 0 || lost())
       start();
     else
+      late_.passed({switched_, continuous_});
+    const auto is_there = [](double value) { return std::isfinite(value); };
+    for (const int back = late_.aim(age_s / tick_s_, std::ranges::any_of(measured, is_there)); late_.behind() > back;)
       predict();
     innovation_ = correct(measured);
     if (!sound()) {
       start();
+      late_.aim(0.0, true);
       innovation_ = correct(measured);
     }
     if (!sound()) start();
+    now_ = mean_;
+    for (int ticks = late_.behind(); ticks > 0; --ticks) advance(now_, late_.inputs(ticks));
     return state();
   }
   /// Tells which inputs act from this tick to the next.
@@ -80,7 +96,7 @@ class ExtendedKalman {
 
   StateOf<M> state() const noexcept {
     StateOf<M> x;
-    std::copy_n(mean_.data(), n, x.begin());
+    std::copy_n(now_.data(), n, x.begin());
     return x;
   }
   /// Standard deviations of the states.
@@ -89,12 +105,10 @@ class ExtendedKalman {
     for (int i = 0; i < n; ++i) s[static_cast<std::size_t>(i)] = deviation(i);
     return s;
   }
-  double disturbance(std::size_t i) const noexcept { return mean_[n + static_cast<int>(i)]; }
+  double disturbance(std::size_t i) const noexcept { return now_[n + static_cast<int>(i)]; }
   double disturbance_sigma(std::size_t i) const noexcept { return deviation(n + static_cast<int>(i)); }
   /// What the disturbances add to the states per second, sum_i b_i d_i: for WithDisturbance.
-  StateOf<M> disturbance_rate() const noexcept {
-    return solenoid::disturbance_rate(setup_.disturbances, [this](std::size_t i) { return disturbance(i); });
-  }
+  StateOf<M> disturbance_rate() const noexcept { return rate_of(now_); }
   /// Covariance of states and disturbances.
   CoreMatrix<M> covariance() const noexcept { return covariance_.topLeftCorner(core_, core_); }
 
@@ -110,6 +124,11 @@ class ExtendedKalman {
 
  private:
   using Full = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most, 1>;
+  /// What acts during a tick.
+  struct Inputs {
+    SwitchedOf<M> switched{};
+    ContinuousOf<M> continuous{};
+  };
   using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, most, most>;
 
   /// So many ticks in a row with a channel so far off: the belief is wrong beyond repair.
@@ -136,17 +155,38 @@ class ExtendedKalman {
     }
     for (int i = n; i < core_; ++i) covariance_(i, i) = square(at(setup_.disturbances, i - n).sigma);
     contradicted_ticks_ = {};
+    change_ = {};
+    now_ = mean_;
+    late_.start();
     age_ = 0;
     ++starts_;
   }
 
+  StateOf<M> rate_of(const Full& mean) const noexcept {
+    return solenoid::disturbance_rate(setup_.disturbances,
+                                      [&mean](std::size_t i) { return mean[n + static_cast<int>(i)]; });
+  }
+  static StateOf<M> states_of(const Full& mean) noexcept {
+    StateOf<M> x;
+    std::copy_n(mean.data(), n, x.begin());
+    return x;
+  }
+  /// A mean a tick later.
+  void advance(Full& mean, const Inputs& in) const noexcept {
+    const StateOf<M> x = states_of(mean), rate = rate_of(mean);
+    const StateOf<M> next = model_.template step<double>(x, in.switched, in.continuous, tick_s_);
+    remember_outputs(mean.data());
+    for (int i = 0; i < n; ++i) mean[i] = at(next, i) + tick_s_ * at(rate, i);
+    for (int i = n; i < core_; ++i) mean[i] *= kept_[i - n];
+  }
+
   void predict() noexcept {
-    const StateOf<M> x = state(), rate = disturbance_rate();
-    const StateOf<M> next = model_.template step<double>(x, switched_, continuous_, tick_s_);
-    linearise_core(model_, setup_, x, switched_, continuous_, tick_s_, jacobian_);
-    remember_outputs(mean_.data());
-    for (int i = 0; i < n; ++i) mean_[i] = at(next, i) + tick_s_ * at(rate, i);
-    for (int i = n; i < core_; ++i) mean_[i] *= jacobian_(i, i);
+    const Inputs& in = late_.inputs(late_.behind());
+    late_.caught_up();
+    linearise_core(model_, setup_, states_of(mean_), in.switched, in.continuous, tick_s_, jacobian_);
+    for (std::size_t c = 0; c < setup_.channels.size(); ++c) change_[c] = -rows_[c].dot(mean_.head(core_));
+    advance(mean_, in);
+    for (std::size_t c = 0; c < setup_.channels.size(); ++c) change_[c] += rows_[c].dot(mean_.head(core_));
     // P is symmetric, so A P A' = A (A P)'.
     advance_columns();
     covariance_.transposeInPlace();
@@ -183,7 +223,7 @@ class ExtendedKalman {
     innovations_ = {};
     double squares = 0.0;
     for (std::size_t c = 0; c < std::min(measured.size(), setup_.channels.size()); ++c) {
-      if (!std::isfinite(measured[c]) || age_ < setup_.channels[c].delay_ticks) continue;
+      if (!late_.taken() || !std::isfinite(measured[c]) || age_ < setup_.channels[c].delay_ticks) continue;
       innovations_[c] = take(c, measured[c]);
       squares += innovations_[c];
       contradicted_ticks_[c] = innovations_[c] > square(lost_sigmas) ? contradicted_ticks_[c] + 1 : 0;
@@ -197,7 +237,9 @@ class ExtendedKalman {
   double take(std::size_t c, double value) noexcept {
     const KalmanChannel<M>& channel = setup_.channels[c];
     const Full ph = covariance_with(c);
-    const double expected = observed(c, mean_) + channel.offset, spread = observed(c, ph);
+    double expected = observed(c, mean_) + channel.offset;
+    if (late_.rest() != 0.0) expected -= late_.rest() * change_[c];
+    const double spread = observed(c, ph);
     if (channel.saturated(value, expected)) return 0.0;
     const double innovation = value - expected, believed = spread + variance_[c];
     const double least = age_ == 0 ? 0.0 : square(innovation / setup_.gate_sigmas);  // at a start anything may be
@@ -233,7 +275,7 @@ class ExtendedKalman {
   std::array<CoreVector<M>, KalmanLimits::channels> rows_;
   std::array<double, KalmanLimits::channels> variance_{};
   std::array<int, KalmanLimits::channels> past_{};  // where in X a channel's past outputs begin
-  CoreVector<M> process_variance_;
+  CoreVector<M> process_variance_, kept_;           // kept_: of each disturbance the share that a tick leaves
 
   Full mean_;
   Covariance covariance_;
@@ -243,7 +285,10 @@ class ExtendedKalman {
   double innovation_ = 0.0;
   std::array<double, KalmanLimits::channels> innovations_{};
   std::array<int, KalmanLimits::channels> contradicted_ticks_{};
-  int age_ = 0;  // ticks since the start, as far as delays ask
+  LateValues<Inputs> late_;
+  Full now_;                                             // the mean, predicted to the present
+  std::array<double, KalmanLimits::channels> change_{};  // of the outputs in the last tick
+  int age_ = 0;                                          // ticks since the start, as far as delays ask
   std::int64_t starts_ = 0;
 };
 

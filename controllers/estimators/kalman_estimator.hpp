@@ -26,7 +26,7 @@ class KalmanEstimator {
   }
 
   StateValues update(const Measurement& measured) noexcept {
-    return padded<max_states>(filter_.update(std::span(measured.value).first(channels_)));
+    return padded<max_states>(filter_.update(std::span(measured.value).first(channels_), measured.age_s));
   }
   void applied(std::span<const double> switched, const ContinuousValues& continuous) noexcept {
     SwitchedOf<M> own{};

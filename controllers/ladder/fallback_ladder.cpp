@@ -17,6 +17,11 @@ bool finite(std::span<const double> values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
 
+PlausibilitySettings at_tick(PlausibilitySettings settings, double tick_s) {
+  settings.tick_s = tick_s;
+  return settings;
+}
+
 }  // namespace
 
 void require_complete(const LadderSettings& settings, const SystemDescription& system) {
@@ -38,7 +43,7 @@ FallbackLadder::FallbackLadder(Parts parts)
       reference_(std::move(parts.reference)),
       axis_channels_(std::move(parts.axis_channels)),
       settings_(std::move(parts.settings)),
-      plausibility_(settings_.plausibility) {}
+      plausibility_(at_tick(settings_.plausibility, timing_.tick_s)) {}
 
 Decision FallbackLadder::step(const Measurement& measured) noexcept {
   const double time_s = measured.time_s;

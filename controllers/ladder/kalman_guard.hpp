@@ -30,7 +30,7 @@ class KalmanGuard final : public Guard {
         channels_(setup.channels.size()) {}
 
   StateValues watch(const Measurement& believed) noexcept override {
-    return padded<max_states>(watch_.update(std::span(believed.value).first(channels_)));
+    return padded<max_states>(watch_.update(std::span(believed.value).first(channels_), believed.age_s));
   }
   void applied(std::span<const double> switched, const ContinuousValues& continuous) noexcept override {
     SwitchedOf<M> own{};

@@ -13,6 +13,14 @@ constexpr double slew_growth = 0.2;
 
 }  // namespace
 
+int stuck_ticks_of(const ChannelNoise& noise) noexcept {
+  if (noise.sigma <= 0) return 0;
+  const double same = std::erf(noise.quantum / (std::sqrt(8.0) * noise.sigma));
+  const double independent = same > 0 ? std::log(stuck_false_alarm_ticks) / -std::log(same) : 2.0;
+  const double ticks = std::ceil(std::max(2.0, independent) * std::max(1.0, noise.ticks));
+  return ticks <= most_stuck_ticks ? static_cast<int>(ticks) : 0;
+}
+
 Plausibility::Plausibility(const PlausibilitySettings& settings) : settings_(settings) {
   settings_.channels.resize(std::min(settings_.channels.size(), max_channels));
 }
@@ -40,7 +48,8 @@ bool Plausibility::at_once(std::size_t channel, double value, FaultSet& seen) co
     refuse(SensorFault::rail);
   else if (value < b.low || value > b.high)
     refuse(SensorFault::range);
-  if (c.started && std::abs(value - c.last_good) > b.slew_per_tick * (1.0 + slew_growth * c.since_good))
+  const double longer = std::abs(age_s_ - c.age_s) / settings_.tick_s;
+  if (c.started && std::abs(value - c.last_good) > b.slew_per_tick * (1.0 + slew_growth * c.since_good + longer))
     refuse(SensorFault::slew);
   return good;
 }
@@ -83,6 +92,7 @@ bool Plausibility::usable(std::size_t channel, double value, FaultSet& seen) noe
   c.suspicion = std::max(0.0, c.suspicion - 1.0 / settings_.recovery_ticks);
   c.since_good = 0;
   c.last_good = value;
+  c.age_s = age_s_;
   c.started = true;
   return sound && c.failed.empty();
 }
@@ -99,6 +109,7 @@ Plausibility::Verdict Plausibility::check(const Measurement& measured, const Cha
                                           const ChannelValues& innovations) noexcept {
   Verdict verdict;
   verdict.measured = measured;
+  age_s_ = measured.age_s;
   for (std::size_t i = 0; i < settings_.channels.size(); ++i) {
     Channel& c = channels_[i];
     double& value = verdict.measured.value[i];

@@ -9,6 +9,29 @@
 
 namespace solenoid {
 
+/// What a channel's values are made of when the quantity rests.
+struct ChannelNoise {
+  double sigma = 0.0;    ///< of its noise, before the converter
+  double quantum = 0.0;  ///< the converter's step, in the channel's unit
+  double ticks = 1.0;    ///< the noise's correlation time: values so far apart are independent
+};
+/// How often a sound sensor may be called stuck by its missing noise: once in so many ticks (30 years at 1 kHz).
+inline constexpr double stuck_false_alarm_ticks = 1e12;
+/// So many equal values in a row may be told from rest; a sensor that must be watched for longer is not watched so.
+inline constexpr int most_stuck_ticks = 2000;
+
+/// How many ticks a channel must show the same value to the bit before it is stuck and not at rest.
+///
+/// A quantity that rests in the middle of a converter's step, the worst place, shows the same step in a tick with
+/// probability
+///
+///     p = P(|noise| < quantum / 2) = erf(quantum / (sqrt(8) sigma))
+///
+/// and in n independent ones with p^n: n = ln(1 / stuck_false_alarm_ticks) / ln(p), times the correlation time. Noise
+/// without a step (quantum 0) never repeats: 2. Without noise, or with a step much wider than it, rest may look like
+/// this for ever: 0, which is SensorBounds' word for "not looked at"; so it is above most_stuck_ticks.
+int stuck_ticks_of(const ChannelNoise& noise) noexcept;
+
 /// These bounds say what one channel can show.
 struct SensorBounds {
   double low = 0.0, high = 0.0;            ///< what the quantity can be
@@ -33,11 +56,13 @@ struct PlausibilitySettings {
   int innovation_ticks = 25;       ///< averaging time of the innovations
   double jitter_ticks = 0.5;       ///< a sample may be so early or late: a moving value's innovations weigh less
   double innovation_limit = 30.0;  ///< mean squared innovation in variances; a sound sensor's is 1
+  double tick_s = 1e-3;            ///< the loop's: a sample that is older than the last moved for longer, or less long
 };
 
 /// Decides which channels may be believed. A tick whose value is not plausible is left out (the value becomes NaN, which
 /// estimators pass over); a channel left out for longer than patience has failed, and stays so until reset.
-/// No allocation, lock or exception.
+/// Values need not be of the tick's own instant: one that is older or younger than the last may have moved for so much
+/// longer. No allocation, lock or exception.
 class Plausibility {
  public:
   /// What may be believed in a tick, and why the rest may not.
@@ -62,7 +87,7 @@ class Plausibility {
 
  private:
   struct Channel {
-    double last_good = 0.0, last_raw = 0.0, expected = 0.0, squares = 0.0, suspicion = 0.0, slope = 0.0;
+    double last_good = 0.0, last_raw = 0.0, expected = 0.0, squares = 0.0, suspicion = 0.0, slope = 0.0, age_s = 0.0;
     int unchanged = 0, overdue = 0, since_good = 0, beyond_supply = 0;
     bool started = false;
     FaultSet failed;
@@ -75,6 +100,7 @@ class Plausibility {
 
   PlausibilitySettings settings_;
   std::array<Channel, max_channels> channels_;
+  double age_s_ = 0.0;  // of this tick's values
 };
 
 }  // namespace solenoid

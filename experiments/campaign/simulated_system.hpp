@@ -2,6 +2,7 @@
 
 #include "core/metrics/metrics.hpp"
 #include "core/mpc/switch_fault.hpp"
+#include "core/safety/plausibility.hpp"
 #include "experiments/campaign/scenario.hpp"
 #include "experiments/campaign/trace_layout.hpp"
 #include "experiments/plants/simulated_plant.hpp"
@@ -71,6 +72,8 @@ class SimulatedSystem {
   /// The plant with a variant's mode set, where the motion starts; the variant is told.
   virtual std::unique_ptr<SimulatedPlant> make_plant(const VariantConfig& variant, const ScenarioConfig& scenario,
                                                      std::uint64_t seed) const = 0;
+  /// What noise and converters the scenario's plant has, one a channel; empty: what a rig of the system has.
+  virtual std::vector<ChannelNoise> noise(const ScenarioConfig& /*scenario*/) const { return {}; }
   /// The shipped campaign that has its task for runs in real time: the first scenario of it.
   virtual std::string real_time_campaign() const { return system().name(); }
   /// What of its actuation can fail; spoiled() knows each.

@@ -9,6 +9,7 @@
 #include "experiments/rig/calibration.hpp"
 #include "experiments/rig/plants.hpp"
 #include "experiments/rig/preflight.hpp"
+#include "experiments/rig/wire_check.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -53,6 +54,8 @@ Result result_of(const std::vector<Check>& checks) {
   return {.tables = {table}};
 }
 
+constexpr double wire_watch_s = 3.0;
+
 struct CheckArguments {
   std::vector<std::string> files;
   std::string rig_file, variant = "nine_state";
@@ -67,6 +70,7 @@ std::vector<Check> check_plant(const CheckArguments& options) {
   const VariantConfig variant = told(task.variants.front(), task.scenarios.front());
   const SystemDescription& system = task.system->description();
   choice.rig = options.rig_file.empty() ? usual_rig(variant) : read_rig_file(options.rig_file, variant);
+  if (choice.kind != "comedi") expect_noise(choice.rig, simulation_of(*task.system).noise(task.scenarios.front()));
   const OpenedPlant opened = open_plant(choice, variant, task.scenarios.front(), 1);
   const LadderSettings& ladder = choice.rig.ladder;
   const Preflight found = preflight(*opened.plant, system, ladder.plausibility, variant.timing.tick_s);
@@ -85,6 +89,10 @@ std::vector<Check> check_plant(const CheckArguments& options) {
          fmt::format("{:.2f} {}, calibrated; limits {:.1f} to {:.1f} {}", axis.shown_scale * found.at[a],
                      axis.shown_unit, axis.shown_scale * limits.low, axis.shown_scale * limits.high, axis.shown_unit)});
   }
+  if (opened.rig)
+    if (const auto wire = watch_wire(*opened.rig, wire_watch_s, variant.timing.tick_s))
+      for (const WireFinding& f : wire_checks(*wire, variant.timing.tick_s))
+        checks.push_back({"wire", f.name, f.good ? "ok" : "failed", f.detail});
   return checks;
 }
 

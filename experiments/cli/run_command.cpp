@@ -137,6 +137,8 @@ int run(const RunArguments& chosen) {
   options.plant.faults = parse_faults(options.faults, simulation_of(*campaign.system));
   const VariantConfig variant = told(campaign.variants.front(), campaign.scenarios.front());
   options.plant.rig = options.rig_file.empty() ? usual_rig(variant) : read_rig_file(options.rig_file, variant);
+  if (options.plant.kind != "comedi")
+    expect_noise(options.plant.rig, simulation_of(*campaign.system).noise(campaign.scenarios.front()));
   const double lowering_s = options.session.ladder.lowering_s;
   options.session.ladder = options.plant.rig.ladder;
   options.session.rates = options.plant.rig.rates;

@@ -15,13 +15,35 @@ namespace {
 constexpr double full_scale_v = 5.0;
 constexpr Range limits_v{0.0, 10.0, true};
 
-void read_channel(TableReader& table, const std::string& key, LinearChannel& channel) {
-  if (!table.has(key)) return;
-  TableReader inner = table.table(key);
+constexpr int usual_bits = 13;
+
+void read_line(TableReader& inner, LinearChannel& channel) {
   channel.offset = inner.number_or("offset", channel.offset);
   channel.gain = inner.number_or("gain", channel.gain);
   if (channel.gain == 0.0) inner.fail("gain", "is 0 (allowed: any other number)");
+}
+
+void read_output(TableReader& table, const std::string& key, LinearOutput& output) {
+  if (!table.has(key)) return;
+  TableReader inner = table.table(key);
+  read_line(inner, output);
   inner.finish();
+}
+
+/// What a channel's noise is, if the file says so: `noise_v` before a converter of `bits` over -5 to 5 V.
+std::optional<ChannelNoise> read_channel(TableReader& table, const std::string& key, LinearChannel& channel) {
+  if (!table.has(key)) return std::nullopt;
+  TableReader inner = table.table(key);
+  read_line(inner, channel);
+  std::optional<ChannelNoise> noise;
+  const int bits = inner.integer_or("bits", usual_bits, 1, 32);
+  if (inner.has("noise_v")) {
+    const double per_volt = std::abs(channel.gain);
+    noise = {per_volt * inner.number("noise_v", Range::between(0.0, full_scale_v)),
+             per_volt * 2 * full_scale_v / std::ldexp(1.0, bits)};
+  }
+  inner.finish();
+  return noise;
 }
 
 }  // namespace
@@ -33,12 +55,27 @@ std::string IoHealth::text() const {
                      displaced ? "; the node is no longer this controller's" : "");
 }
 
+double WireHealth::jitter_us() const { return std::max(0.0, round_trip_us.p99 - least_round_trip_us) / 2; }
+
+double WireHealth::loss() const {
+  return answered + lost > 0 ? static_cast<double>(lost) / static_cast<double>(answered + lost) : 0.0;
+}
+
+std::string WireHealth::text() const {
+  return fmt::format(
+      "round trip p50 {:.0f}, p99 {:.0f}, max {:.0f} us; jitter {:.0f} us; {:.2f} % lost, {} overtaken; age p99 {:.0f} "
+      "+- {:.0f} us; the node's clock {:+.1f} ppm",
+      round_trip_us.p50, round_trip_us.p99, round_trip_us.max, jitter_us(), 100 * loss(), reordered, age_us.p99,
+      clock_error_us, drift_ppm);
+}
+
 Calibration usual_calibration(const VariantConfig& variant) {
   const System& system = system_of(variant);
   Calibration c;
   for (const SensorBounds& bounds : system.ladder(variant).plausibility.channels)
     c.channels.push_back(
         {(bounds.rail_low + bounds.rail_high) / 2, (bounds.rail_high - bounds.rail_low) / (2 * full_scale_v)});
+  c.noise.resize(c.channels.size());
   for (const double most : system.continuous_limits(variant))
     c.continuous.push_back({{0.0, most / full_scale_v}, full_scale_v});
   return c;
@@ -47,10 +84,11 @@ Calibration usual_calibration(const VariantConfig& variant) {
 Calibration read_calibration(TableReader& table, const VariantConfig& variant) {
   const SystemDescription& system = system_of(variant).description_for(variant);
   Calibration c = usual_calibration(variant);
-  for (std::size_t i = 0; i < c.channels.size(); ++i) read_channel(table, system.channels[i].name, c.channels[i]);
+  for (std::size_t i = 0; i < c.channels.size(); ++i)
+    c.noise[i] = read_channel(table, system.channels[i].name, c.channels[i]);
   for (std::size_t i = 0; i < c.continuous.size(); ++i) {
     const std::string& name = system.continuous[i].name;
-    read_channel(table, name, c.continuous[i]);
+    read_output(table, name, c.continuous[i]);
     c.continuous[i].limit_v = table.number_or(name + "_limit_v", c.continuous[i].limit_v, limits_v);
   }
   table.finish();
@@ -80,6 +118,7 @@ Measurement RigPlant::read(double time_s) noexcept {
   for (const Shown& shown : shown_) s.truth[shown.state] = s.value[shown.channel];
   s.stale_ticks = stale_ticks_;
   s.node_was_safe = in.node_was_safe;
+  s.age_s = in.age_s;
   return s;
 }
 

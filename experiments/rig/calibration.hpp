@@ -1,9 +1,11 @@
 #pragma once
 
 #include "core/rt/io.hpp"
+#include "core/safety/plausibility.hpp"
 #include "experiments/rig/rig_io.hpp"
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace solenoid {
@@ -28,12 +30,14 @@ struct LinearOutput : LinearChannel {
 struct Calibration {
   std::vector<LinearChannel> channels;
   std::vector<LinearOutput> continuous;
+  std::vector<std::optional<ChannelNoise>> noise;  ///< of each channel, in its unit, where the file states it
 };
 
 /// Converters of -5..5 V between the rails of each channel and over the range of each continuous input. (The actuator's:
 /// -10..110 mm, +-210 kPa gauge, and the amplifier's 1.6 N a volt, thesis (4.10).)
 Calibration usual_calibration(const VariantConfig& variant);
-/// Table [calibration]: each channel and continuous input by its name, { offset, gain }; of the latter NAME_limit_v too.
+/// Table [calibration]: each channel and continuous input by its name, { offset, gain }; of a channel noise_v and bits
+/// too, of a continuous input NAME_limit_v.
 Calibration read_calibration(TableReader& table, const VariantConfig& variant);
 
 /// A RigIo as the control loop's plant. What the controller may take for the truth is what was measured.

@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <deque>
+#include <map>
 #include <random>
 
 #include <arpa/inet.h>
@@ -79,38 +79,50 @@ class Socket final : public NodePort {
   std::array<char, NodePacket::most_size + 1> bytes_;  // one more than a packet has: what is too long shows
 };
 
-/// The way between node and controller, with the packets that the script loses, delays, repeats or spoils.
+/// The way between node and controller, with the packets that the script loses, delays, repeats or spoils: loss and
+/// jitter are of either direction, the others of the way to the controller.
 class Wire final : public NodeLink {
  public:
   Wire(NodePort& port, const EmulatorSettings& settings) : port_(port), settings_(settings), random_(settings.seed) {}
 
   double now_s() override { return port_.now_s(); }
   std::size_t receive(std::span<char> room, NodePeer& from, double time_s) override {
-    for (int lost = 0; lost < most_lost; ++lost) {
-      const auto bytes = port_.receive(from);
+    for (int lost = 0; lost < most_lost;) {
+      if (const auto arrived = next_due(to_node_)) {
+        from = arrived->peer;
+        const std::size_t size = std::min(arrived->bytes.size(), room.size());
+        std::copy_n(arrived->bytes.data(), size, room.data());
+        return std::max<std::size_t>(size, 1);  // an empty packet is one that is too short
+      }
+      NodePeer sender;
+      const auto bytes = port_.receive(sender);
       if (!bytes) return 0;
       heard_s_ = port_.now_s();
-      if (happens("lost", time_s)) continue;
-      const std::size_t size = std::min(bytes->size(), room.size());
-      std::copy_n(bytes->data(), size, room.data());
-      return std::max<std::size_t>(size, 1);  // an empty packet is one that is too short
+      if (happens("lost", time_s))
+        ++lost;
+      else
+        delay(to_node_, {heard_s_, std::string(*bytes), sender}, time_s);
     }
     return 0;
   }
   void send(std::string_view packet, const NodePeer& to, double time_s) override {
     if (happens("lost", time_s)) return;
-    std::string bytes(packet);
-    if (happens("corrupt", time_s)) bytes[random_() % bytes.size()] ^= static_cast<char>(1 + random_() % 255);
-    double due_s = port_.now_s();
-    for (const InjectedFault& f : settings_.faults)
-      if (f.target == "packets" && f.kind == "late" && f.active(time_s)) due_s += 1e-3 * f.value;
-    queue_.push_back({due_s, bytes, to});
-    if (happens("repeated", time_s)) queue_.push_back({due_s, bytes, to});
+    Waiting waiting{port_.now_s(), std::string(packet), to};
+    if (happens("corrupt", time_s))
+      waiting.bytes[random_() % waiting.bytes.size()] ^= static_cast<char>(1 + random_() % 255);
+    delay(to_controller_, waiting, time_s);
+    if (happens("repeated", time_s)) delay(to_controller_, waiting, time_s);
     flush();
   }
   void flush() {
-    for (const double now_s = port_.now_s(); !queue_.empty() && queue_.front().due_s <= now_s; queue_.pop_front())
-      port_.send(queue_.front().bytes, queue_.front().to);
+    while (const auto due = next_due(to_controller_)) port_.send(due->bytes, due->peer);
+  }
+  /// How long until the next packet is due, at most `rest_s`.
+  double rest_s(double rest_s) {
+    const double now_s = port_.now_s();
+    for (const auto* queue : {&to_node_, &to_controller_})
+      if (!queue->empty()) rest_s = std::min(rest_s, std::max(0.0, queue->begin()->first - now_s));
+    return rest_s;
   }
   /// When a packet came last; 0: none has.
   double heard_s() const { return heard_s_; }
@@ -120,20 +132,35 @@ class Wire final : public NodeLink {
   struct Waiting {
     double due_s;
     std::string bytes;
-    NodePeer to;
+    NodePeer peer;
   };
+  using Queue = std::multimap<double, Waiting>;  // by when they are due: they may overtake each other
+
   bool happens(const char* kind, double time_s) {
     for (const InjectedFault& f : settings_.faults)
-      if (f.target == "packets" && f.kind == kind && f.active(time_s) &&
-          std::uniform_real_distribution<double>(0, 1)(random_) < f.value)
-        return true;
+      if (f.target == "packets" && f.kind == kind && f.active(time_s) && uniform() < f.value) return true;
     return false;
   }
+  void delay(Queue& queue, Waiting packet, double time_s) {
+    for (const InjectedFault& f : settings_.faults) {
+      if (f.target != "packets" || !f.active(time_s)) continue;
+      if (f.kind == "late" && &queue == &to_controller_) packet.due_s += 1e-3 * f.value;
+      if (f.kind == "jitter") packet.due_s += 1e-3 * f.value * uniform();
+    }
+    queue.emplace(packet.due_s, std::move(packet));
+  }
+  std::optional<Waiting> next_due(Queue& queue) {
+    if (queue.empty() || queue.begin()->first > port_.now_s()) return std::nullopt;
+    Waiting due = std::move(queue.begin()->second);
+    queue.erase(queue.begin());
+    return due;
+  }
+  double uniform() { return std::uniform_real_distribution<double>(0, 1)(random_); }
 
   NodePort& port_;
   const EmulatorSettings& settings_;
   std::mt19937_64 random_;
-  std::deque<Waiting> queue_;
+  Queue to_node_, to_controller_;
   double heard_s_ = 0.0;
 };
 
@@ -161,7 +188,7 @@ void serve(EmulatedNode& node, const EmulatorSettings& settings, NodePort& port,
     const double now_s = port.now_s();
     if (node.begun()) fail_as_told(settings, node.time_s(now_s), done);
     if (wire.heard_s() > 0 && settings.idle_exit_s > 0 && now_s - wire.heard_s() > settings.idle_exit_s) return;
-    port.wait(rest_s);
+    port.wait(wire.rest_s(rest_s));
   }
 }
 

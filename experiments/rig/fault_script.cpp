@@ -31,11 +31,11 @@ std::vector<Kind> kinds_of(const SimulatedSystem& system) {
     kinds.push_back(
         {fault.of_switch == SwitchFaultKind::none ? fault.target : fault.target + "_NAME", fault.kind, fault.unit});
   for (const Kind& kind :
-       {Kind{"packets", "lost", "SHARE"}, Kind{"packets", "late", "MS"}, Kind{"packets", "repeated", "SHARE"},
-        Kind{"packets", "corrupt", "SHARE"}, Kind{"process", "killed", ""}, Kind{"process", "stopped", "S"},
-        Kind{"process", "crashed", ""}, Kind{"solver", "late", "MS"}, Kind{"solver", "hang", ""},
-        Kind{"solver", "nan", ""}, Kind{"solver", "throw", ""}, Kind{"disk", "slow", "MS"}, Kind{"disk", "full", ""},
-        Kind{"disk", "read_only", ""}})
+       {Kind{"packets", "lost", "SHARE"}, Kind{"packets", "late", "MS"}, Kind{"packets", "jitter", "MS"},
+        Kind{"packets", "repeated", "SHARE"}, Kind{"packets", "corrupt", "SHARE"}, Kind{"process", "killed", ""},
+        Kind{"process", "stopped", "S"}, Kind{"process", "crashed", ""}, Kind{"solver", "late", "MS"},
+        Kind{"solver", "hang", ""}, Kind{"solver", "nan", ""}, Kind{"solver", "throw", ""}, Kind{"disk", "slow", "MS"},
+        Kind{"disk", "full", ""}, Kind{"disk", "read_only", ""}})
     kinds.push_back(kind);
   return kinds;
 }

@@ -27,7 +27,8 @@ struct InjectedFault {
 ///     SimulatedSystem::actuation_faults  of the system: of the actuator valves stuck | swapped, supply lost, and of
 ///                                        each coil of the variant, coil_supply_a, stuck_open | stuck_closed |
 ///                                        leaking=SHARE (closed, so much of it stays open) | slow=S (both edges later)
-///     packets                            lost=SHARE | late=MS | repeated=SHARE | corrupt=SHARE
+///     packets                            lost=SHARE | late=MS | jitter=MS (0 to so many, each its own, so that they
+///                                        overtake each other), in both directions | repeated=SHARE | corrupt=SHARE
 ///     process                            killed | stopped=S | crashed
 ///     solver                             late=MS | hang | nan | throw
 ///     disk                               slow=MS, each write of the log | full | read_only

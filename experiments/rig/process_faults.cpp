@@ -74,6 +74,8 @@ std::vector<Case> cases() {
           {"every packet lost", {}, {"--fault", "packets:lost=1@1"}},
           {"5 % of packets lost", {}, {"--fault", "packets:lost=0.05@1"}},
           {"packets 2 ms late", {}, {"--fault", "packets:late=2@1"}},
+          {"packets 0 to 2 ms late", {}, {"--fault", "packets:jitter=2@1"}},
+          {"the same, 5 % lost", {}, {"--fault", "packets:jitter=2@1", "--fault", "packets:lost=0.05@1"}},
           {"10 % of packets repeated", {}, {"--fault", "packets:repeated=0.1@1"}},
           {"5 % of packets corrupt", {}, {"--fault", "packets:corrupt=0.05@1"}},
           {"disk full", {}, {}, [](const Scene&) {}, limited},

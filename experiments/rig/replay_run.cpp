@@ -218,9 +218,12 @@ RecordedTask recorded_task(const RecordedRun& run) {
   const Campaign campaign = recorded_campaign(run);
   const ScenarioConfig& scenario = campaign.scenarios.front();
   const VariantConfig variant = told(campaign.variants.front(), scenario);
-  const RigFile rig = of_log(run, "rig file", [&](const std::string& name) {
+  RigFile rig = of_log(run, "rig file", [&](const std::string& name) {
     return read_rig(TableReader::from_text(said(run, "rig"), name), variant);
   });
+  const auto plant = run.about.find("plant");
+  if (plant == run.about.end() || plant->second != "comedi")
+    expect_noise(rig, simulation_of(*campaign.system).noise(scenario));
   RecordedTask task{variant, scenario, rig.ladder};
   task.ladder.lowering_s = number_said(run, "lowering_s", 0.0, 5.0);
   task.variant.latency_ticks = said(run, "policy") == "next_slot" ? task.variant.timing.ticks_per_period : 0;

@@ -78,6 +78,13 @@ void read_comedi(TableReader& table, const VariantConfig& variant, ComediSetting
   table.finish();
 }
 
+/// A channel that the system's own rig watches by its noise is watched by the noise stated, and never more hastily.
+void watch_for(SensorBounds& bounds, const ChannelNoise& noise) {
+  if (bounds.stuck_ticks == 0) return;
+  const int ticks = stuck_ticks_of(noise);
+  bounds.stuck_ticks = ticks > 0 ? std::max(ticks, bounds.stuck_ticks) : 0;
+}
+
 void read_node(TableReader& table, NodeSettings& node) {
   node.address = table.text_or("address", node.address);
   node.key_file = table.text_or("key_file", node.key_file);
@@ -162,6 +169,8 @@ RigFile read_rig(TableReader table, const VariantConfig& variant) {
   if (table.has("calibration")) {
     TableReader calibration = table.table("calibration");
     rig.calibration = read_calibration(calibration, variant);
+    for (std::size_t i = 0; i < rig.calibration.noise.size(); ++i)
+      if (const auto& noise = rig.calibration.noise[i]) watch_for(rig.ladder.plausibility.channels[i], *noise);
   }
   if (table.has("comedi")) {
     TableReader comedi = table.table("comedi");
@@ -177,6 +186,11 @@ RigFile read_rig(TableReader table, const VariantConfig& variant) {
   }
   table.finish();
   return rig;
+}
+
+void expect_noise(RigFile& rig, const std::vector<ChannelNoise>& of_plant) {
+  for (std::size_t i = 0; i < std::min(of_plant.size(), rig.calibration.noise.size()); ++i)
+    if (!rig.calibration.noise[i]) watch_for(rig.ladder.plausibility.channels[i], of_plant[i]);
 }
 
 }  // namespace solenoid

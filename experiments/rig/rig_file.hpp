@@ -48,4 +48,8 @@ RigFile read_rig(TableReader table, const VariantConfig& variant);
 /// What a rig is without a file.
 RigFile usual_rig(const VariantConfig& variant);
 
+/// Has the sensors' noise said by the plant (SimulatedSystem::noise) where the rig's file does not say it: what rests
+/// is told from what is stuck by it. Of channels that the system watches so; none may be stated.
+void expect_noise(RigFile& rig, const std::vector<ChannelNoise>& of_plant);
+
 }  // namespace solenoid

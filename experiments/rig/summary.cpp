@@ -84,6 +84,7 @@ std::string session_text(const RunRecord& record, const SessionResult& r) {
                         r.infeasible);
   text += fmt::format("commands    {} refused, {} slowed by rates\n", r.refused_commands, r.slowed_commands);
   if (r.io) text += fmt::format("I/O         {}\n", r.io->text());
+  if (r.io && r.io->wire) text += fmt::format("wire        {}\n", r.io->wire->text());
   text += fmt::format("log         {}{}\n\n", r.log_path, r.log_problem.empty() ? "" : " INCOMPLETE: " + r.log_problem);
   return text + timing_table(r.timing);
 }
@@ -134,6 +135,18 @@ Json session_json(const RunRecord& record, const SessionResult& r) {
                   {"node_timeouts", r.io->node_timeouts},
                   {"asked", r.io->asked},
                   {"displaced", r.io->displaced}};
+  if (r.io && r.io->wire) {
+    const WireHealth& wire = *r.io->wire;
+    json["io"]["wire"] = {{"round_trip_p50_us", wire.round_trip_us.p50},
+                          {"round_trip_p99_us", wire.round_trip_us.p99},
+                          {"round_trip_max_us", wire.round_trip_us.max},
+                          {"jitter_us", wire.jitter_us()},
+                          {"age_p99_us", wire.age_us.p99},
+                          {"loss", wire.loss()},
+                          {"reordered", wire.reordered},
+                          {"drift_ppm", wire.drift_ppm},
+                          {"clock_error_us", wire.clock_error_us}};
+  }
   json["safe_causes"] = to_string(r.causes, system);
   json["log"] = {{"path", r.log_path}, {"problem", r.log_problem}};
   for (const SetupStep& step : r.setup)

@@ -61,7 +61,9 @@ void UdpIo::open() {
   connect();
   refusal_.clear();
   other_version_ = 0;
-  session_ = newest_echo_ = seen_us_ = 0;
+  session_ = newest_echo_ = seen_us_ = measured_us_ = 0;
+  node_clock_.reset();
+  requests_ = {};
   sequence_ = 0;
   timeouts_seen_ = 0;
   const double begun = clock_.now_s();
@@ -71,10 +73,13 @@ void UdpIo::open() {
       session_ = *offered;
       NodePacket packet(NodePacket::Type::open);
       packet.append(asked_with_);
+      note_request(sequence_ + 1);
       send(packet);
       if (wait_for_sample(packet.sequence, try_again_s)) {
         health_ = {};
         health_.connected = true;
+        wire_health_ = {};
+        round_trips_us_ = ages_us_ = PercentileSketch();
         return;
       }
       session_ = 0;
@@ -105,7 +110,9 @@ std::optional<std::uint64_t> UdpIo::ask_for_session() {
       if (static_cast<NodeRefusal>(packet->word(0)) == NodeRefusal::other_wire)
         throw ConfigError(fmt::format("I/O node {}: it is of \"{}\", this controller of \"{}\" (allowed: the same)",
                                       settings_.text(), text, wire_.text));
-      refusal_ = "another controller has it: " + text;
+      refusal_ = static_cast<NodeRefusal>(packet->word(0)) == NodeRefusal::busy
+                     ? "another controller has it: " + text
+                     : fmt::format("it refuses (reason {}): {}", packet->word(0), text);
       return std::nullopt;
     }
   return std::nullopt;
@@ -133,14 +140,39 @@ std::optional<NodePacket> UdpIo::receive() noexcept {
 }
 
 void UdpIo::take(const NodeSample& sample, std::uint64_t node_time_us) noexcept {
-  newest_echo_ = sample.echo;
-  seen_us_ = node_time_us;
+  seen_us_ = std::max(seen_us_, node_time_us);
+  health_.asked = std::max<std::int64_t>(health_.asked, sample.asked);
+  if (sample.timeouts > timeouts_seen_) {
+    inputs_.node_was_safe = true;
+    health_.node_timeouts = timeouts_seen_ = sample.timeouts;
+  }
+  const std::uint64_t measured_us = node_time_us - static_cast<std::uint64_t>(std::max(0, sample.age_us));
+  if (measured_us <= measured_us_) return;
+  measured_us_ = measured_us;
+  inputs_.fresh = true;
   for (std::size_t i = 0; i < wire_.channels; ++i) inputs_.volts[i] = from_microvolts(sample.microvolts[i]);
-  health_.asked = sample.asked;
-  if (sample.timeouts == timeouts_seen_) return;
-  inputs_.node_was_safe = inputs_.node_was_safe || sample.timeouts > timeouts_seen_;
-  timeouts_seen_ = sample.timeouts;
-  health_.node_timeouts = timeouts_seen_;
+}
+
+void UdpIo::note_request(std::uint64_t sequence) noexcept {
+  Request& slot = requests_[sequence % requests_.size()];
+  if (!slot.answered) ++wire_health_.lost;
+  slot = {sequence, clock_.now_s(), false};
+}
+
+/// What an answer says of the wire and of the node's clock; a repeated one says nothing.
+void UdpIo::note_answer(std::uint64_t echo, std::uint64_t node_time_us) noexcept {
+  Request& request = requests_[echo % requests_.size()];
+  if (request.sequence != echo || request.answered) return;
+  request.answered = true;
+  const double now_s = clock_.now_s(), took_s = now_s - request.sent_s;
+  ++wire_health_.answered;
+  if (echo < newest_echo_) ++wire_health_.reordered;
+  newest_echo_ = std::max(newest_echo_, echo);
+  const bool late = took_s > settings_.wait_s;
+  if (late) ++health_.late;
+  share_late_ += ((late ? 1.0 : 0.0) - share_late_) / 16;
+  round_trips_us_.add(1e6 * took_s);
+  node_clock_.exchange(request.sent_s, now_s, node_time_us);
 }
 
 void UdpIo::wait(double until_s) noexcept {
@@ -150,37 +182,62 @@ void UdpIo::wait(double until_s) noexcept {
   ::ppoll(&ready, 1, &rest, nullptr);
 }
 
+bool UdpIo::drain(std::uint64_t sequence) noexcept {
+  bool answered = false;
+  while (const auto packet = receive()) {
+    const auto sample = NodeSample::of(*packet, wire_.channels);
+    if (packet->session == session_ && packet->type == NodePacket::Type::refuse)
+      health_.displaced = true;
+    else if (packet->session != session_ || packet->type != NodePacket::Type::sample || !sample)
+      ++health_.corrupt;
+    else {
+      note_answer(sample->echo, packet->time_us);
+      take(*sample, packet->time_us);
+      answered = answered || sample->echo == sequence;
+    }
+  }
+  return answered;
+}
+
 bool UdpIo::wait_for_sample(std::uint64_t sequence, double wait_s) noexcept {
   for (const double until = clock_.now_s() + wait_s;;) {
-    bool arrived = false;
-    while (const auto packet = receive()) {
-      const auto sample = NodeSample::of(*packet, wire_.channels);
-      if (packet->session == session_ && packet->type == NodePacket::Type::refuse)
-        health_.displaced = true;
-      else if (packet->session != session_ || packet->type != NodePacket::Type::sample || !sample)
-        ++health_.corrupt;
-      else if (sample->echo > newest_echo_) {  // else a repetition, or overtaken
-        take(*sample, packet->time_us);
-        if (sample->echo == sequence)
-          arrived = true;
-        else
-          ++health_.late;
-      }
-    }
-    if (arrived) return true;
+    if (drain(sequence)) return true;
     if (clock_.now_s() >= until) return false;
     wait(until);
   }
 }
 
 RigInputs UdpIo::read() noexcept {
+  const double begun_s = clock_.now_s();
   ++health_.reads;
-  inputs_.node_was_safe = false;
+  inputs_.node_was_safe = inputs_.fresh = false;
+  drain(0);
   NodePacket request(NodePacket::Type::request);
   request.append(seen_us_);
-  inputs_.fresh = send(request) && wait_for_sample(request.sequence, settings_.wait_s);
-  if (!inputs_.fresh) ++health_.missed;
+  note_request(sequence_ + 1);
+  if (send(request)) wait_for_sample(request.sequence, inputs_.fresh && share_late_ > 0.5 ? 0.0 : settings_.wait_s);
+  const double age_s = node_clock_.known() ? std::max(0.0, node_clock_.age_s(measured_us_, begun_s)) : 0.0;
+  inputs_.fresh = inputs_.fresh && age_s <= settings_.most_age_s;
+  inputs_.age_s = inputs_.fresh ? age_s : 0.0;
+  if (inputs_.fresh)
+    ages_us_.add(1e6 * age_s);
+  else
+    ++health_.missed;
   return inputs_;
+}
+
+IoHealth UdpIo::health() const noexcept {
+  IoHealth health = health_;
+  WireHealth wire = wire_health_;
+  wire.round_trip_us = round_trips_us_.percentiles();
+  wire.age_us = ages_us_.percentiles();
+  if (node_clock_.known()) {
+    wire.least_round_trip_us = 1e6 * node_clock_.least_round_trip_s();
+    wire.drift_ppm = 1e6 * node_clock_.drift();
+    wire.clock_error_us = 1e6 * node_clock_.error_s(clock_.now_s());
+  }
+  health.wire = wire;
+  return health;
 }
 
 void UdpIo::write(const RigOutputs& outputs) noexcept {

@@ -161,6 +161,26 @@ TEST_F(NodeTest, IgnoresRepeatedOldAndForeignPackets) {
   EXPECT_EQ(node.log().counters.foreign_packets, 1);
 }
 
+/// On a wire that jitters the command of a tick overtakes its request: that one is answered, but once, and changes
+/// nothing.
+TEST_F(NodeTest, ARequestThatACommandOvertookIsAnsweredOnce) {
+  open(0.0);
+  const NodePacket first = request(), newer = request();
+  take(command(0b0001), 0.001);
+  const auto sample = take(first, 0.002);
+  ASSERT_TRUE(sample && sample->type == Type::sample);
+  EXPECT_EQ(NodeSample::of(*sample, 3)->echo, first.sequence);
+  EXPECT_FALSE(take(first, 0.003));
+  EXPECT_TRUE(take(newer, 0.003));
+  EXPECT_FALSE(take(first, 0.004));
+  EXPECT_EQ(node.log().counters.old_packets, 2);
+  EXPECT_EQ(node.outputs().switches, 0b0001u);
+  const NodePacket old = command(0b0100);
+  take(request(), 0.005);
+  take(old, 0.006);  // nor does a request make a command old
+  EXPECT_EQ(node.outputs().switches, 0b0100u);
+}
+
 TEST_F(NodeTest, RefusesWhatItsOutputsCannotBe) {
   open(0.0);
   take(command(0b0001), 0.001);

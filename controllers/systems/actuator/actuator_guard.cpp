@@ -29,6 +29,8 @@ ActuatorGuard::ActuatorGuard(const PneumaticActuator& model, const ModeSet& mode
       candidates_(model, modes, tick_s),
       watch_(model, watching(tick_s)),
       new_watch_(watch_),
+      slide_(model, tick_s),
+      new_slide_(slide_),
       servo_(servo) {
   if (motor) motor_.emplace(model, *motor);
   spare_candidates_.reserve(spares.size());
@@ -40,12 +42,21 @@ ActuatorGuard::ActuatorGuard(const PneumaticActuator& model, const ModeSet& mode
 
 StateValues ActuatorGuard::watch(const Measurement& believed) noexcept {
   if (servo_) servo_->advance();
-  return padded<max_states>(watch_.update(believed));
+  const ActuatorState state = watch_.update(believed);
+  slide_.advance(believed.value[position_channel], state[pressure_a], state[pressure_b], motor_n_);
+  return padded<max_states>(state);
+}
+
+/// The servo valves went on meanwhile.
+void ActuatorGuard::reset() noexcept {
+  watch_ = new_watch_;
+  slide_ = new_slide_;
 }
 
 void ActuatorGuard::applied(std::span<const double> opening, const ContinuousValues& continuous) noexcept {
   opening_ = servo_ ? servo_->openings(continuous[opening_a_input], continuous[opening_b_input]) : openings(opening);
-  watch_.applied(opening_, continuous[motor_input]);
+  motor_n_ = continuous[motor_input];
+  watch_.applied(opening_, motor_n_);
 }
 
 void ActuatorGuard::use(std::size_t k) noexcept {
@@ -59,6 +70,7 @@ ChannelValues ActuatorGuard::expected_change(const StateValues& state, std::span
   x[velocity] = 0.0;
   const ActuatorState next = model_.step<double>(x, servo_ ? opening_ : openings(opening), {0.0}, tick_s_);
   ChannelValues change{};
+  change[position_channel] = slide_.moved_m();
   change[pressure_a_channel] = next[pressure_a] - x[pressure_a];
   change[pressure_b_channel] = next[pressure_b] - x[pressure_b];
   return change;
@@ -88,7 +100,8 @@ ContinuousValues ActuatorGuard::brake(const StateValues& state) const noexcept {
 LadderSettings actuator_ladder(const ActuatorParameters& p) {
   constexpr double margin_pa = 50e3;
   SensorBounds position{-0.0095, 0.1095, -0.01, 0.11, 3e-5, 2.5e-3, 3e-5};
-  position.stuck_ticks = 100;
+  position.stuck_ticks = 100;    // of the noise that the rig has: 22 would do (stuck_ticks_of)
+  position.stuck_change = 3e-4;  // 20 steps of its converter
   SensorBounds pressure{60e3, 310e3, 101325.0 - 210e3, 101325.0 + 210e3, 1e3, 30e3, 150.0};
   pressure.stuck_change = 25e3;
   pressure.supply_low = p.atmospheric_pressure_pa - margin_pa;

@@ -5,6 +5,7 @@
 #include "controllers/systems/actuator/estimators/kalman.hpp"
 #include "controllers/systems/actuator/four_candidates.hpp"
 #include "controllers/systems/actuator/motor_laws.hpp"
+#include "controllers/systems/actuator/resting_slide.hpp"
 #include "core/systems/actuator/servo_actuator.hpp"
 
 #include <optional>
@@ -29,7 +30,7 @@ class ActuatorGuard final : public Guard {
   ChannelValues innovations() const noexcept override;
   ChannelValues expected_change(const StateValues& state, std::span<const double> opening) const noexcept override;
   bool at_rest(const StateValues& state) const noexcept override;
-  void reset() noexcept override { watch_ = new_watch_; }  // the servo valves went on meanwhile
+  void reset() noexcept override;
   void use(std::size_t k) noexcept override;
   SwitchPattern held_mode(const StateValues& state, const DelayLines& lines, const RestartableReference& reference,
                           double time_s) noexcept override;
@@ -52,6 +53,8 @@ class ActuatorGuard final : public Guard {
   std::vector<std::size_t> spare_of_;  // of each spare set the candidates
   FourCandidates* in_use_ = &candidates_;
   ActuatorKalman watch_, new_watch_;
+  RestingSlide slide_, new_slide_;
+  double motor_n_ = 0.0;
   std::optional<ServoPair> servo_;
   SwitchedOf<PneumaticActuator> opening_{};  // in the tick just commanded
 };

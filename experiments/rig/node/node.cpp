@@ -166,11 +166,12 @@ const NodePacket* Node::take(const NodePacket& packet, const NodePeer& from) noe
   const bool of_a_node = packet.type == Type::offer || packet.type == Type::refuse || packet.type == Type::sample;
   if (of_a_node || session_ == 0 || packet.session != session_ || from != peer_)
     return take_of_a_stranger(packet, from);
-  if (packet.sequence <= newest_) {
+  std::uint64_t& newest = packet.type == Type::request ? newest_request_ : newest_;
+  if (packet.sequence <= newest) {
     ++counters_.old_packets;
     return nullptr;
   }
-  newest_ = packet.sequence;
+  newest = packet.sequence;
   switch (packet.type) {
     case Type::command:
       command(packet);
@@ -235,7 +236,7 @@ const NodePacket* Node::open(const NodePacket& packet, const NodePeer& from) noe
   }
   if (taken() && from != peer_) return busy(packet.session, from);
   begin_session(packet.session, from);
-  newest_ = packet.sequence;
+  newest_ = newest_request_ = packet.sequence;
   return sample(packet);
 }
 

@@ -128,7 +128,9 @@ class Node {
   NodeCounters counters_;
   NodeKey secret_;  // of its offers
   NodePeer peer_, last_asking_, last_other_version_;
-  std::uint64_t session_ = 0, newest_ = 0, answers_ = 0;
+  std::uint64_t session_ = 0, answers_ = 0;
+  // A command that overtakes a request makes it no older: a request asks, and sets nothing.
+  std::uint64_t newest_ = 0, newest_request_ = 0;
   std::uint64_t now_us_ = 0, kicked_us_ = 0, timeout_us_ = 0, last_command_us_ = 0, heard_us_ = 0;
   std::int32_t session_timeouts_ = 0, session_refused_ = 0, session_asked_ = 0;
   bool safe_ = true, commanded_ = false;

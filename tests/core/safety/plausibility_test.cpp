@@ -179,6 +179,92 @@ TEST_F(PlausibilityTest, FailsASensorThatIsOftenBadAndRemembersUntilReset) {
   EXPECT_TRUE(check(sound.next()).sound());
 }
 
+/// The values of a quantity that rests: noise of `sigma` through a converter of `quantum`, at a place within its step.
+class RestingChannel {
+ public:
+  RestingChannel(const ChannelNoise& noise, double place, std::uint64_t seed)
+      : noise_(noise), at_(0.05 + place * noise.quantum), random_(seed) {}
+  double next() {
+    const double value = at_ + noise_.sigma * normal_(random_);
+    return noise_.quantum > 0 ? 0.05 + noise_.quantum * std::round((value - 0.05) / noise_.quantum) : value;
+  }
+
+ private:
+  ChannelNoise noise_;
+  double at_;
+  std::mt19937_64 random_;
+  std::normal_distribution<double> normal_;
+};
+
+Plausibility watching_by(int stuck_ticks, double slew_per_tick = 1.0) {
+  PlausibilitySettings settings;
+  settings.channels = {SensorBounds{0.0, 1.0, -1.0, 2.0, 1e-3, slew_per_tick, 1e-3}};
+  settings.channels[0].stuck_ticks = stuck_ticks;
+  return Plausibility(settings);
+}
+
+TEST(StuckTicks, GiveNoFalseAlarmInAMillionTicksOfRestAndFindWhatIsStuckInTime) {
+  constexpr double quantum = 15e-6;
+  for (const double share : {0.25, 0.3, 0.5, 1.0, 1.4, 3.0, 10.0}) {
+    const ChannelNoise noise{share * quantum, quantum};
+    const int ticks = stuck_ticks_of(noise);
+    ASSERT_GT(ticks, 1) << share;
+    ASSERT_LE(ticks, most_stuck_ticks) << share;
+    for (const double place : {0.0, 0.23, 0.5}) {
+      Plausibility plausibility = watching_by(ticks);
+      RestingChannel channel(noise, place, 3);
+      for (int k = 0; k < 1'000'000; ++k)
+        ASSERT_TRUE(plausibility.check({.value = {channel.next()}}, {}, {}).failed.empty()) << share << " at " << k;
+      const double held = channel.next();
+      int found = 0;
+      while (plausibility.check({.value = {held}}, {}, {}).failed.empty()) ++found;
+      EXPECT_LE(found, ticks) << share;
+    }
+  }
+}
+
+/// Runs of m + 1 equal values begin as often as p^m says.
+TEST(StuckTicks, TheirProbabilityIsThatOfTheRunsThatNoiseMakes) {
+  constexpr int ticks = 2'000'000;
+  for (const auto& [share, m] : {std::pair{0.5, 12}, {1.0, 5}, {2.0, 3}}) {
+    const ChannelNoise noise{share, 1.0};
+    RestingChannel channel(noise, 0.0, 11);
+    const double p = std::erf(1.0 / (std::sqrt(8.0) * share));
+    int in_step = 0, runs = 0;
+    for (int k = 0; k < ticks; ++k) {
+      in_step = channel.next() == 0.05 ? in_step + 1 : 0;
+      runs += in_step >= m;
+    }
+    const double expected = std::pow(p, m) * ticks;
+    EXPECT_NEAR(runs, expected, 5 * std::sqrt(expected * 2 / (1 - p))) << share;  // of runs that overlap
+    const double n = std::log(stuck_false_alarm_ticks) / -std::log(p);
+    EXPECT_EQ(stuck_ticks_of(noise), static_cast<int>(std::ceil(n)));
+    EXPECT_NEAR(stuck_ticks_of({share, 1.0, 7.0}), 7 * n, 1.0);
+  }
+}
+
+TEST(StuckTicks, SayNothingWhereRestMayLastForEver) {
+  EXPECT_EQ(stuck_ticks_of({0.0, 1.0}), 0);
+  EXPECT_EQ(stuck_ticks_of({0.0, 0.0}), 0);
+  EXPECT_EQ(stuck_ticks_of({0.1, 1.0}), 0);  // a step ten times as wide as the noise
+  EXPECT_EQ(stuck_ticks_of({0.1, 0.0}), 2);
+  Plausibility plausibility = watching_by(0);
+  for (int k = 0; k < 1'000'000; ++k) ASSERT_TRUE(plausibility.check({.value = {0.05}}, {}, {}).sound()) << k;
+}
+
+TEST(AgeInPlausibility, AnOlderOrYoungerSampleMayHaveMovedForLonger) {
+  for (const double from : {0.0, 2e-3}) {
+    Plausibility plausibility = watching_by(0, 1e-3);
+    ASSERT_TRUE(plausibility.check({.value = {0.5}, .age_s = from}, {}, {}).sound());
+    // 1 mm a tick: the next tick's value is 2 ms younger or older than a tick later would be.
+    EXPECT_TRUE(plausibility.check({.value = {0.5029}, .age_s = 2e-3 - from}, {}, {}).sound()) << from;
+    EXPECT_FALSE(plausibility.check({.value = {0.5061}, .age_s = from}, {}, {}).seen.empty()) << from;
+  }
+  Plausibility same = watching_by(0, 1e-3);
+  ASSERT_TRUE(same.check({.value = {0.5}, .age_s = 2e-3}, {}, {}).sound());
+  EXPECT_TRUE(same.check({.value = {0.5011}, .age_s = 2e-3}, {}, {}).seen.has(0, SensorFault::slew));
+}
+
 TEST(FaultSet, NamesWhatItHolds) {
   FaultSet set;
   EXPECT_EQ(to_string(set, actuator_description()), "none");

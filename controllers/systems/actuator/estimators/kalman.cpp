@@ -2,6 +2,8 @@
 
 #include "core/systems/actuator/signals.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace solenoid {
@@ -10,29 +12,43 @@ ActuatorKalman::ActuatorKalman(const PneumaticActuator& model, const EstimatorTu
 
 ActuatorState ActuatorKalman::update(const Measurement& sensors) noexcept {
   const bool sound = belief_.mean.allFinite() && belief_.covariance.allFinite();
+  const bool all = std::isfinite(sensors.value[position_channel] + sensors.value[pressure_a_channel] +
+                                 sensors.value[pressure_b_channel]);
   if (starts_ > 0 && sound && lost_ticks_ < patience_ticks) {
-    predict();
+    const bool any =
+        std::any_of(sensors.value.begin(), sensors.value.begin() + 3, [](double v) { return std::isfinite(v); });
+    late_.passed(inputs_);
+    for (const int back = late_.aim(sensors.age_s / model_.tuning().tick_s, any); late_.behind() > back;) predict();
     innovation_ = correct(sensors);
-  } else if (std::isfinite(sensors.value[position_channel] + sensors.value[pressure_a_channel] +
-                           sensors.value[pressure_b_channel])) {
+  } else if (all) {
     model_.start(sensors, starts_ == 0, belief_);
     ++starts_;
     lost_ticks_ = 0;
+    change_ = {};
+    late_.start();
   }
-  return actuator_state(belief_);
+  now_ = belief_;
+  for (int ticks = late_.behind(); ticks > 0; --ticks) {
+    const Inputs& in = late_.inputs(ticks);
+    model_.advance(now_.mean, now_.at_rest, in.opening, in.motor_n);
+  }
+  return actuator_state(now_);
 }
 
 void ActuatorKalman::applied(const SwitchedOf<PneumaticActuator>& opening, double motor_n) noexcept {
-  opening_ = opening;
-  motor_n_ = motor_n;
+  inputs_ = {opening, motor_n};
 }
 
 void ActuatorKalman::predict() noexcept {
+  const Inputs& in = late_.inputs(late_.behind());
+  late_.caught_up();
+  for (const int i : {0, 1, 2}) change_[static_cast<std::size_t>(i)] = -model_.sensor(i).dot(belief_.mean);
   SensedModel::Jacobian jacobian;
   double unknown_variance = 0.0;
   const double velocity_sigma = std::sqrt(std::max(0.0, belief_.covariance(velocity, velocity)));
-  model_.linearise(belief_.mean, velocity_sigma, opening_, motor_n_, jacobian, unknown_variance);
-  model_.advance(belief_.mean, belief_.at_rest, opening_, motor_n_);
+  model_.linearise(belief_.mean, velocity_sigma, in.opening, in.motor_n, jacobian, unknown_variance);
+  model_.advance(belief_.mean, belief_.at_rest, in.opening, in.motor_n);
+  for (const int i : {0, 1, 2}) change_[static_cast<std::size_t>(i)] += model_.sensor(i).dot(belief_.mean);
   // P is symmetric, so F P F' = F (F P)'.
   model_.propagate<Belief::size>(jacobian, belief_.covariance.data());
   belief_.covariance.transposeInPlace();
@@ -46,10 +62,12 @@ double ActuatorKalman::correct(const Measurement& sensors) noexcept {
   double squares = 0.0;
   innovations_ = {};
   for (const int i : {0, 1, 2}) {
-    if (!std::isfinite(measured[i])) continue;
+    if (!late_.taken() || !std::isfinite(measured[i])) continue;
     const Belief::State& h = model_.sensor(i);
     const Belief::State ph = p * h;
-    const double expected = h.dot(belief_.mean), spread = h.dot(ph);
+    double expected = h.dot(belief_.mean);
+    if (late_.rest() != 0.0) expected -= late_.rest() * change_[static_cast<std::size_t>(i)];
+    const double spread = h.dot(ph);
     if (model_.saturated(i, measured[i], expected)) continue;
     const double innovation = measured[i] - expected;
     const double believed = spread + model_.sensor_variance(i);
@@ -71,7 +89,7 @@ double ActuatorKalman::correct(const Measurement& sensors) noexcept {
   return squares;
 }
 
-EstimateDetail ActuatorKalman::detail() const noexcept { return estimate_detail(belief_, innovation_); }
+EstimateDetail ActuatorKalman::detail() const noexcept { return estimate_detail(now_, innovation_); }
 
 ActuatorState actuator_state(const Belief& b) noexcept {
   return {b.mean[position], b.mean[velocity], b.mean[pressure_a], b.mean[pressure_b]};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "controllers/estimators/late_values.hpp"
 #include "controllers/systems/actuator/estimators/sensed_model.hpp"
 
 namespace solenoid {
@@ -7,7 +8,8 @@ namespace solenoid {
 /// Extended Kalman filter through the sensing chain (`ekf`, `payload_ekf`).                [estimators.md, section 2]
 ///
 ///     each tick   x, P through the model with the inputs in effect since the last (applied), then the three sensors
-///                 one after the other, each a scalar update in Joseph's form
+///                 one after the other, each a scalar update in Joseph's form; values that were measured before the
+///                 tick are taken where they belong, and the mean is predicted from there (late_values.hpp)
 ///
 /// shapes      24 states, 3 measurements
 /// promise     no allocation, lock or exception
@@ -22,27 +24,35 @@ class ActuatorKalman {
   void applied(const SwitchedOf<PneumaticActuator>& opening, double motor_n) noexcept;
 
   EstimateDetail detail() const noexcept;
-  const Belief& belief() const { return belief_; }
+  /// Mean of the present; covariance of the tick that the newest values were of.
+  const Belief& belief() const { return now_; }
   double innovation() const { return innovation_; }
   /// The last tick's innovations squared, in their variances: position, pressures; 0 for a sensor left out.
   const std::array<double, 3>& innovations() const { return innovations_; }
   std::int64_t starts() const { return starts_; }
   const SensedModel& model() const { return model_; }
 
+ private:
+  /// What acts during a tick.
+  struct Inputs {
+    SwitchedOf<PneumaticActuator> opening{};
+    double motor_n = 0.0;
+  };
   void predict() noexcept;
   /// Returns the normalised innovation squared.
   double correct(const Measurement& sensors) noexcept;
 
- private:
   /// So many ticks in a row with positions so far off: the belief is wrong beyond repair.
   static constexpr int patience_ticks = 10;
   static constexpr double lost_sigmas = 15.0;
 
   SensedModel model_;
-  Belief belief_;
-  SwitchedOf<PneumaticActuator> opening_{};
-  double motor_n_ = 0.0, innovation_ = 0.0;
+  Belief belief_, now_;
+  Inputs inputs_;
+  double innovation_ = 0.0;
   std::array<double, 3> innovations_{};
+  std::array<double, 3> change_{};  // of the sensors in the last tick, as predicted
+  LateValues<Inputs> late_;
   int lost_ticks_ = 0;
   std::int64_t starts_ = 0;
 };

@@ -122,6 +122,19 @@ class ActuatorSimulation final : public SimulatedSystem {
     return plant;
   }
 
+  /// Of the potentiometer; pressures are not watched by their noise, which a filter draws out.
+  std::vector<ChannelNoise> noise(const ScenarioConfig& s) const override {
+    const ActuatorScenario& own = actuator(s);
+    const bool twin = own.plant == "twin";
+    const SensingEffects& e = own.twin.sensing;
+    const ModelSensingSettings chain;
+    const auto step = [](double low, double high, int bits) { return bits > 0 ? std::ldexp(high - low, -bits) : 0.0; };
+    ChannelNoise position;
+    if (s.noise || own.sensing_chain) position.sigma = twin ? e.position_sigma_m : chain.position_sigma_m;
+    if (twin) position.quantum = step(e.position_low_m, e.position_high_m, e.converter_bits);
+    if (!twin && own.sensing_chain) position.quantum = step(chain.position_low_m, chain.position_high_m, chain.bits);
+    return {position, {}, {}};
+  }
   std::string real_time_campaign() const override { return "rig"; }
   std::span<const ActuationFault> actuation_faults() const override {
     static const std::vector<ActuationFault> all = {{"valves", "stuck"},

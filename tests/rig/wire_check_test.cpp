@@ -1,0 +1,72 @@
+#include "experiments/rig/wire_check.hpp"
+
+#include <map>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace solenoid {
+namespace {
+
+/// A wire of these times; of a thousand requests some have no answer.
+WireHealth wire_of(double p99_us, double least_us, std::int64_t lost = 0, double drift_ppm = 20.0) {
+  WireHealth wire;
+  wire.round_trip_us = {.p50 = (p99_us + least_us) / 2, .p99 = p99_us, .max = 2 * p99_us};
+  wire.least_round_trip_us = least_us;
+  wire.answered = 1000 - lost;
+  wire.lost = lost;
+  wire.drift_ppm = drift_ppm;
+  return wire;
+}
+
+/// Results by name, the verdict's words among them.
+std::map<std::string, std::string> wire_results(const WireHealth& wire) {
+  std::map<std::string, std::string> results;
+  for (const WireFinding& found : wire_checks(wire, 1e-3)) {
+    results[found.name] = found.good ? "ok" : "failed";
+    if (found.name == "1000 Hz") results["words"] = found.detail;
+  }
+  return results;
+}
+
+TEST(WireCheck, SaysWhetherAWireDoesAndWhy) {
+  using testing::StartsWith;
+  auto good = wire_results(wire_of(90, 50));
+  for (const char* name : {"round trip", "jitter", "loss", "clock", "1000 Hz"}) EXPECT_EQ(good[name], "ok") << name;
+  EXPECT_THAT(good["words"], StartsWith("yes: samples are of the tick that asks"));
+
+  auto late = wire_results(wire_of(4000, 100, 190));
+  EXPECT_EQ(late["1000 Hz"], "ok");
+  EXPECT_THAT(late["words"], StartsWith("yes: samples are late"));
+
+  auto unsteady = wire_results(wire_of(4300, 100));
+  EXPECT_EQ(unsteady["round trip"], "failed");
+  EXPECT_EQ(unsteady["jitter"], "failed");
+  EXPECT_EQ(unsteady["1000 Hz"], "failed");
+
+  auto lossy = wire_results(wire_of(90, 50, 250));
+  EXPECT_EQ(lossy["loss"], "failed");
+  EXPECT_THAT(lossy["words"], StartsWith("no: 25 %"));
+  EXPECT_EQ(wire_results(wire_of(90, 50, 249))["loss"], "ok");
+
+  auto drifting = wire_results(wire_of(90, 50, 0, -101.0));
+  EXPECT_EQ(drifting["clock"], "failed");
+  EXPECT_EQ(drifting["1000 Hz"], "failed");
+
+  auto silent = wire_results(wire_of(0, 0, 1000));
+  EXPECT_EQ(silent["round trip"], "failed");
+  EXPECT_EQ(silent["loss"], "failed");
+  EXPECT_THAT(silent["words"], StartsWith("no: nothing was answered"));
+}
+
+TEST(WireHealth, JitterIsOfOneDirectionAndLossOfAllRequests) {
+  const WireHealth wire = wire_of(4100, 100, 50);
+  EXPECT_DOUBLE_EQ(wire.jitter_us(), 2000);
+  EXPECT_DOUBLE_EQ(wire.loss(), 0.05);
+  EXPECT_EQ(WireHealth().loss(), 0.0);
+  EXPECT_THAT(wire.text(), testing::HasSubstr("jitter 2000 us; 5.00 % lost"));
+}
+
+}  // namespace
+}  // namespace solenoid
