@@ -34,7 +34,10 @@ struct ActuationFault {
   /// How a single switch fails, if that is what it is: the target is then what its switches are called ("coil"), and
   /// scripts add _ and the switch's name, in lower case with _ for spaces: "coil_supply_a".
   SwitchFaultKind of_switch = SwitchFaultKind::none;
-  std::string unit = {};  ///< of its value; empty: it has none
+  std::string unit = {};   ///< of its value; empty: it has none
+  bool of_plant = false;   ///< SimulatedPlant::fail_part() has it, and no command shows it
+  double most = 1.0;       ///< of a value of a plant's own fault, which is above 0
+  std::string needs = {};  ///< mode sets that can have it, separated by spaces; empty: every one
 };
 
 /// A switch's name as scripts write it after what the system calls its switches: "coil_supply_a".

@@ -14,6 +14,8 @@
 namespace solenoid {
 namespace {
 
+constexpr std::string_view swapped_sensor = "swapped";
+
 struct Kind {
   std::string target, name, unit;  ///< unit of its value; empty: it has none
   bool below_zero = false;         ///< whether its value may be
@@ -25,7 +27,8 @@ std::vector<Kind> kinds_of(const SimulatedSystem& system) {
       {"sensor", "off", ""},           {"sensor", "stuck", ""},
       {"sensor", "garbage", ""},       {"sensor", "offset", "VALUE", true},
       {"sensor", "slow", "S"},         {"sensor", "delayed", "S"},
-      {"sensor", "intermittent", "S"},
+      {"sensor", "intermittent", "S"}, {"sensor", "inverted", ""},
+      {"sensor", "gain", "FACTOR"},    {"sensor", "swapped", "SENSOR"},
   };
   for (const ActuationFault& fault : system.actuation_faults())
     kinds.push_back(
@@ -65,6 +68,15 @@ double number(const Script& script, const std::string& part, const char* what) {
   return value;
 }
 
+/// The number of the channel that a sensor is swapped with.
+double other_channel(const Script& script, const std::string& sensor, const std::string& other) {
+  const auto& channels = script.system.system().description().channels;
+  const auto at = std::ranges::find(channels, other, &Signal::name);
+  if (at == channels.end()) script.refuse(fmt::format("'{}' is no sensor", other));
+  if (other == sensor) script.refuse(fmt::format("'{}' is not another sensor", other));
+  return static_cast<double>(at - channels.begin());
+}
+
 /// Cuts what follows the last `mark` off `text`.
 std::optional<std::string> cut_tail(std::string& text, char mark) {
   const std::size_t at = text.rfind(mark);
@@ -98,8 +110,10 @@ InjectedFault parse_fault(const std::string& text, const SimulatedSystem& system
     if (!is_target(k.target, sensor ? "sensor" : rest) || fault.kind != k.name) continue;
     const bool wants = !k.unit.empty();
     if (wants != value.has_value()) script.refuse(wants ? "says no value" : "takes no value");
-    if (value) fault.value = number(script, *value, "value");
+    if (value)
+      fault.value = k.name == swapped_sensor ? other_channel(script, rest, *value) : number(script, *value, "value");
     if (fault.value < 0 && !k.below_zero) script.refuse(fmt::format("{} is below 0", *value));
+    if (k.name == "gain" && fault.value == 0.0) script.refuse("a gain of 0 is 'off'");
     return fault;
   }
   script.refuse("is not known");

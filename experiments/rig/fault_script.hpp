@@ -22,11 +22,15 @@ struct InjectedFault {
 /// allowed.
 ///
 ///     a channel of the system            off | stuck | garbage | offset=VALUE [its unit] | slow=TIME_CONSTANT_S |
-///                                        delayed=S | intermittent=PERIOD_S (off for a tenth of it)
+///                                        delayed=S | intermittent=PERIOD_S (off for a tenth of it) | inverted and
+///                                        gain=FACTOR about the middle of its converter | swapped=CHANNEL: their wires
+///                                        are exchanged (value: the other's number)
 ///     switches                           stuck
-///     SimulatedSystem::actuation_faults  of the system: of the actuator valves stuck | swapped, supply lost, and of
-///                                        each coil of the variant, coil_supply_a, stuck_open | stuck_closed |
-///                                        leaking=SHARE (closed, so much of it stays open) | slow=S (both edges later)
+///     SimulatedSystem::actuation_faults  of the system: of the actuator valves stuck | swapped, coils_a and coils_b
+///                                        swapped, motor inverted | lost, supply lost | factor=FACTOR, chamber_a and
+///                                        chamber_b leaking=SHARE, and of each coil of the variant, coil_supply_a,
+///                                        stuck_open | stuck_closed | leaking=SHARE (closed, so much of it stays
+///                                        open) | slow=S (both edges later)
 ///     packets                            lost=SHARE | late=MS | jitter=MS (0 to so many, each its own, so that they
 ///                                        overtake each other), in both directions | repeated=SHARE | corrupt=SHARE
 ///     process                            killed | stopped=S | crashed

@@ -12,11 +12,11 @@
 namespace solenoid {
 
 /// A simulated plant whose sensors and actuation fail by script. A sensor that is off shows the middle of its converter;
-/// garbage is anywhere in its range.
+/// garbage is anywhere in its range; inverted it shows the other side of that middle.
 class FaultyPlant final : public SimulatedPlant {
  public:
-  /// `variant`: of the controller, told of the scenario. Throws ConfigError for a delay of more than a million ticks, and
-  /// for a switch that the variant does not have.
+  /// `variant`: of the controller, told of the scenario. Throws ConfigError for a delay of more than a million ticks, for
+  /// a switch that the variant does not have, for a value that cannot be.
   FaultyPlant(std::unique_ptr<SimulatedPlant> plant, std::vector<InjectedFault> faults, const VariantConfig& variant,
               std::uint64_t seed);
 
@@ -42,9 +42,17 @@ class FaultyPlant final : public SimulatedPlant {
     SwitchFault fault;
     bool acts = false;
   };
+  /// A fault of a part of the plant's own.
+  struct OfPart {
+    std::size_t index;  ///< of the fault
+    bool acts = false;
+  };
   double spoiled(const InjectedFault& fault, Channel& channel, double value, double time_s) noexcept;
   void find_switch(std::size_t index, const ActuationFault& known);
+  void check_known(std::size_t index, const ActuationFault& known);
   void fail_switches(double time_s) noexcept;
+  void fail_parts(double time_s) noexcept;
+  void swap_sensors(ChannelValues& values, double time_s) noexcept;
 
   std::unique_ptr<SimulatedPlant> plant_;
   std::vector<InjectedFault> faults_;
@@ -53,6 +61,7 @@ class FaultyPlant final : public SimulatedPlant {
   std::vector<std::string> names_;
   std::vector<Channel> channels_;
   std::vector<OfSwitch> of_switches_;
+  std::vector<OfPart> of_parts_;
   std::mt19937_64 random_;
   Command outputs_;
   double tick_s_;

@@ -11,6 +11,7 @@
 #include "tests/rig/rig_parts.hpp"
 
 #include <filesystem>
+#include <map>
 
 #include <gtest/gtest.h>
 
@@ -27,9 +28,28 @@ TEST(FaultScript, ReadsItsGrammarAndRefusesAllElse) {
   EXPECT_EQ(f.value, 0.05);
   EXPECT_TRUE(f.active(2.0) && f.active(3.4) && !f.active(3.5) && !f.active(1.9));
   EXPECT_TRUE(parse_fault("process:killed@1", actuator_simulation()).active(1e9));
-  for (const char* bad :
-       {"", "position", "position:off", "position:off@", "position:off@x", "position:off=3@1", "position:slow@1",
-        "valves:off@1", "nothing:off@1", "position:slow=nan@1", "position:slow=-0.1@1", "packets:lost=-1@1"})
+  for (const char* bad : {"",
+                          "position",
+                          "position:off",
+                          "position:off@",
+                          "position:off@x",
+                          "position:off=3@1",
+                          "position:slow@1",
+                          "valves:off@1",
+                          "nothing:off@1",
+                          "position:slow=nan@1",
+                          "position:slow=-0.1@1",
+                          "packets:lost=-1@1",
+                          "position:inverted=1@0",
+                          "position:gain@0",
+                          "position:gain=0@0",
+                          "position:swapped@0",
+                          "position:swapped=pressure_c@0",
+                          "position:swapped=position@0",
+                          "chamber_a:leaking@0",
+                          "supply:factor@0",
+                          "coils_c:swapped@0",
+                          "motor:inverted=2@0"})
     EXPECT_THROW(parse_fault(bad, actuator_simulation()), ConfigError) << bad;
 }
 
@@ -48,6 +68,101 @@ TEST(FaultyPlant, SpoilsWhatTheScriptSaysWhenItSays) {
   EXPECT_EQ(plant.read(2.5).value[position_channel], 0.02);
   plant.write({0b0110, 1.0});  // swapped: exhaust B, fill A; without supply only exhaust B
   EXPECT_EQ(plant.outputs().switches, 0b1000u);
+}
+
+TEST(FaultyPlant, WiresSensorsWrongly) {
+  // The middle of the position's converter is at 50 mm, that of the pressures at the atmosphere; the mirror shows 20 mm,
+  // 150 kPa, 120 kPa.
+  const auto read = [](const std::vector<std::string>& script) {
+    FaultyPlant plant(std::make_unique<Mirror>(), parse_faults(script, actuator_simulation()), with_valves("two_way"),
+                      1);
+    return plant.read(0.5).value;
+  };
+  EXPECT_NEAR(read({"position:inverted@0"})[position_channel], 0.08, 1e-12);
+  EXPECT_NEAR(read({"position:gain=0.9@0"})[position_channel], 0.05 - 0.9 * 0.03, 1e-12);
+  EXPECT_NEAR(read({"pressure_a:inverted@0"})[pressure_a_channel], 2 * 101325.0 - 150e3, 1e-6);
+  EXPECT_NEAR(read({"pressure_a:inverted@1"})[pressure_a_channel], 150e3, 1e-6);
+  const ChannelValues swapped = read({"pressure_a:swapped=pressure_b@0"});
+  EXPECT_NEAR(swapped[pressure_a_channel], 120e3, 1e-6);
+  EXPECT_NEAR(swapped[pressure_b_channel], 150e3, 1e-6);
+  // Volts are exchanged, whatever they stand for: a quarter of the position's range is a quarter of the pressure's.
+  const ChannelValues crossed = read({"position:swapped=pressure_b@0"});
+  EXPECT_NEAR(crossed[pressure_b_channel], 101325.0 - 210e3 + 0.25 * 420e3, 1e-6);
+  EXPECT_NEAR(crossed[position_channel], -0.01 + (120e3 - 101325.0 + 210e3) / 420e3 * 0.12, 1e-9);
+}
+
+TEST(FaultyPlant, WiresOutputsWrongly) {
+  const auto told = [](const char* script, const char* valves, const Command& command) {
+    FaultyPlant plant(std::make_unique<Mirror>(), parse_faults({script}, actuator_simulation()), with_valves(valves),
+                      1);
+    plant.read(0.5);
+    plant.write(command);
+    return plant.outputs();
+  };
+  EXPECT_EQ(told("motor:inverted@0", "two_way", {0b0001, {3.0}}), (Command{0b0001, {-3.0}}));
+  EXPECT_EQ(told("motor:lost@0", "two_way", {0b0001, {3.0}}), (Command{0b0001, {0.0}}));
+  EXPECT_EQ(told("coils_a:swapped@0", "two_way", {0b1001, {}}).switches, 0b1010u);
+  EXPECT_EQ(told("coils_b:swapped@0", "two_way", {0b1001, {}}).switches, 0b0101u);
+  EXPECT_EQ(told("coils_b:swapped@0", "three_way", {0b01, {}}).switches, 0b11u);  // fills while it is off
+  EXPECT_THROW(told("coils_a:swapped@0", "pcm_2", {}), ConfigError);
+}
+
+TEST(FaultyPlant, TellsThePlantOfFaultsThatNoCommandShows) {
+  /// Notes what fails.
+  struct Parts final : SimulatedPlant {
+    Measurement read(double) noexcept override { return {}; }
+    void write(const Command&) noexcept override {}
+    void fail_part(std::string_view part, std::optional<double> value) noexcept override {
+      of[std::string(part)] = value;
+    }
+    double consumed() const override { return 0.0; }
+    std::map<std::string, std::optional<double>> of{};
+  };
+  auto parts = std::make_unique<Parts>();
+  Parts& seen = *parts;
+  FaultyPlant plant(std::move(parts),
+                    parse_faults({"supply:factor=0.6@1+1", "chamber_b:leaking=0.02@1.5"}, actuator_simulation()),
+                    with_valves("two_way"), 1);
+  plant.read(0.9);
+  EXPECT_TRUE(seen.of.empty());
+  plant.read(1.6);
+  EXPECT_EQ(seen.of.at("supply"), 0.6);
+  EXPECT_EQ(seen.of.at("chamber_b"), 0.02);
+  plant.read(2.0);
+  EXPECT_EQ(seen.of.at("supply"), std::nullopt);
+  EXPECT_EQ(seen.of.at("chamber_b"), 0.02);
+  for (const char* script : {"supply:factor=0@1", "supply:factor=3@1", "chamber_a:leaking=1.5@1"})
+    EXPECT_THROW(FaultyPlant(std::make_unique<Parts>(), parse_faults({script}, actuator_simulation()),
+                             with_valves("two_way"), 1),
+                 ConfigError)
+        << script;
+}
+
+/// A chamber of each plant fills to the supply's pressure, of which there is less, and loses it through a leak.
+TEST(FaultyPlant, SupplyAndLeaksActOnBothPlants) {
+  for (const char* kind : {"twin", "model"}) {
+    SCOPED_TRACE(kind);
+    const Campaign campaign = read_campaign("rig", {{"nine_state"}, {"cycloidal"}});
+    ScenarioConfig scenario = campaign.scenarios.front();
+    actuator(scenario).plant = kind;
+    const VariantConfig variant = told(campaign.variants.front(), scenario);
+    const auto gauge = [&](const std::vector<std::string>& script, double shut_s) {
+      FaultyPlant plant(make_plant(variant, scenario, 1), parse_faults(script, actuator_simulation()), variant, 1);
+      double pressure = 0.0;
+      for (int k = 0; k < 2000; ++k) {
+        pressure = plant.read(1e-3 * k).truth[pressure_a];
+        plant.write({static_cast<SwitchPattern>(1e-3 * k < 2.0 - shut_s ? 0b0101 : 0b0000), {}});
+      }
+      return pressure - 101325.0;
+    };
+    const double sound = gauge({}, 0.0), less = gauge({"supply:factor=0.6@0"}, 0.0);
+    EXPECT_GT(sound, 145e3);
+    EXPECT_LT(less, 110e3);  // above the 90 kPa of the supply by what the slide squeezes it
+    EXPECT_GT(less, 80e3);
+    const double tight = gauge({}, 0.5), leaking = gauge({"chamber_a:leaking=0.5@0"}, 0.5);
+    EXPECT_GT(tight, 100e3);
+    EXPECT_LT(leaking, 0.6 * tight);
+  }
 }
 
 TEST(FaultyPlant, FailsTheCoilsThatTheScriptNames) {

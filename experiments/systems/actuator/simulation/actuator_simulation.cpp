@@ -66,6 +66,28 @@ Command spoiled_servo(const ActuationFault& fault, const Command& wanted, const 
   return reached;
 }
 
+/// Mode sets of one coil to fill a chamber and at most one to exhaust it, whose wires or ports can be exchanged.
+constexpr const char* one_coil_sets = "two_way three_way three_mode seven_mode";
+
+ActuationFault of_plant(const char* part, const char* kind, const char* unit, double most) {
+  ActuationFault fault;
+  fault.target = part;
+  fault.kind = kind;
+  fault.unit = unit;
+  fault.of_plant = true;
+  fault.most = most;
+  return fault;
+}
+
+/// Coils of a chamber exchanged: of its two valves each does what the other should; of a single three-way valve supply
+/// and exhaust are at each other's ports, so that it fills while its coil is off.
+SwitchPattern with_coils_exchanged(SwitchPattern wanted, int coils_a_chamber, int chamber) {
+  const int first = chamber * coils_a_chamber;
+  if (coils_a_chamber == 1) return wanted ^ (SwitchPattern{1} << first);
+  const SwitchPattern pair = (wanted >> first) & 3u, turned = ((pair & 1u) << 1) | (pair >> 1);
+  return (wanted & ~(SwitchPattern{3} << first)) | (turned << first);
+}
+
 class ActuatorSimulation final : public SimulatedSystem {
  public:
   const System& system() const override { return actuator_system(); }
@@ -140,15 +162,27 @@ class ActuatorSimulation final : public SimulatedSystem {
     static const std::vector<ActuationFault> all = {{"valves", "stuck"},
                                                     {"valves", "swapped"},
                                                     {"supply", "lost"},
+                                                    {.target = "coils_a", .kind = "swapped", .needs = one_coil_sets},
+                                                    {.target = "coils_b", .kind = "swapped", .needs = one_coil_sets},
+                                                    {"motor", "inverted"},
+                                                    {"motor", "lost"},
+                                                    of_plant("supply", "factor", "FACTOR", 2.0),
+                                                    of_plant("chamber_a", "leaking", "SHARE", 1.0),
+                                                    of_plant("chamber_b", "leaking", "SHARE", 1.0),
                                                     {"coil", "stuck_open", SwitchFaultKind::stuck_on},
                                                     {"coil", "stuck_closed", SwitchFaultKind::stuck_off},
                                                     {"coil", "leaking", SwitchFaultKind::leaking, "SHARE"},
                                                     {"coil", "slow", SwitchFaultKind::slow, "S"}};
     return all;
   }
-  /// Swapped valves exchange the chambers; a lost supply leaves the supply valves without effect.
+  /// Swapped valves exchange the chambers, swapped coils what is done to one; an inverted motor pulls the other way; a lost supply leaves the supply valves without effect.
   Command spoiled(const VariantConfig& v, const ActuationFault& fault, const Command& wanted,
                   const Command& last) const override {
+    if (fault.target == "motor") {
+      Command turned = wanted;
+      turned.continuous[0] = fault.kind == "lost" ? 0.0 : -wanted.continuous[0];
+      return turned;
+    }
     if (on_servo_valves(v)) return spoiled_servo(fault, wanted, last);
     const ModeSet modes = this->system().modes(v);
     const int coils_a_chamber = modes.switch_count() / 2;
@@ -160,7 +194,9 @@ class ActuatorSimulation final : public SimulatedSystem {
     }
     Command reached = wanted;
     if (fault.kind == "stuck") reached.switches = last.switches;
-    if (fault.kind == "swapped")
+    if (fault.target == "coils_a" || fault.target == "coils_b")
+      reached.switches = with_coils_exchanged(wanted.switches, coils_a_chamber, fault.target == "coils_b" ? 1 : 0);
+    else if (fault.kind == "swapped")
       reached.switches =
           ((wanted.switches & chamber) << coils_a_chamber) | ((wanted.switches >> coils_a_chamber) & chamber);
     if (fault.kind == "lost") reached.switches &= ~supply;

@@ -17,6 +17,7 @@ ModelPlant::ModelPlant(const ActuatorParameters& parameters, const std::string& 
       chain_({}, tick_s, sensing.seed),
       random_(sensing.seed),
       state_{start_m, 0.0, parameters.atmospheric_pressure_pa, parameters.atmospheric_pressure_pa},
+      sound_supply_pa_(parameters.supply_pressure_pa),
       tick_s_(tick_s) {
   if (valves == servo_valves) servo_.emplace(parameters.servo, tick_s);
   chain_.reset(state_);
@@ -59,6 +60,18 @@ void ModelPlant::fail_switch(std::size_t c, const SwitchFault& fault) noexcept {
   timing_.fall[c] = later(modes_.switches()[c].fall_delay_s);
 }
 
+void ModelPlant::fail_part(std::string_view part, std::optional<double> value) noexcept {
+  if (part == "chamber_a") leak_[0] = value.value_or(0.0);
+  if (part == "chamber_b") leak_[1] = value.value_or(0.0);
+  if (part != "supply") return;
+  ActuatorParameters p = model_.parameters();
+  p.supply_pressure_pa =
+      p.atmospheric_pressure_pa + value.value_or(1.0) * (sound_supply_pa_ - p.atmospheric_pressure_pa);
+  const auto load = model_.load();
+  model_ = PneumaticActuator(p);
+  model_.set_load(load);
+}
+
 /// Openings with what coils that have failed add to those of the pattern, or take away.
 SwitchedOf<PneumaticActuator> ModelPlant::openings() const noexcept {
   const SwitchPattern pattern = lines_.effective();
@@ -78,6 +91,8 @@ void ModelPlant::advance_one_step() noexcept {
     opening = servo_->openings(continuous_[opening_a_input], continuous_[opening_b_input]);
     servo_->advance();
   }
+  opening[exhaust_a] += leak_[0];
+  opening[exhaust_b] += leak_[1];
   air_kg_ += model_.consumption<double>(state_, opening) * tick_s_;
   state_ = model_.step<double>(state_, opening, {motor_force_n_}, tick_s_);
   if (sensing_.chain) chain_.advance(state_);

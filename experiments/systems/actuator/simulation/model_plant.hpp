@@ -36,6 +36,8 @@ class ModelPlant final : public SimulatedPlant {
   Measurement read(double time_s) noexcept override;
   void write(const Command& command) noexcept override;
   void fail_switch(std::size_t c, const SwitchFault& fault) noexcept override;
+  /// supply: a factor on its gauge pressure; chamber_a, chamber_b: a leak, as a share of an exhaust's opening.
+  void fail_part(std::string_view part, std::optional<double> value) noexcept override;
 
   /// An external force [N] on the slide from now on: what a test draws at random.
   void disturb(double force_n) noexcept { model_.set_load(model_.parameters().payload_mass_kg, force_n); }
@@ -67,6 +69,8 @@ class ModelPlant final : public SimulatedPlant {
   double push_at_s_ = std::numeric_limits<double>::infinity(), push_speed_m_s_ = 0.0;
   std::int64_t steps_done_ = 0;
   std::array<SwitchFault, max_switches> faults_{};
+  std::array<double, 2> leak_{};  // of chambers A and B
+  double sound_supply_pa_;
   double tick_s_;
 };
 

@@ -23,6 +23,11 @@ TwinPhysics::TwinPhysics(const TwinParameters& p)
       backlash_(p.gear.backlash),
       lagged_(p.motor_lag_s > 0) {}
 
+void TwinPhysics::set_supply(double pressure_pa) noexcept {
+  parameters_.actuator.supply_pressure_pa = pressure_pa;
+  model_ = PneumaticActuator(parameters_.actuator);
+}
+
 TwinPhysics::ChamberFlow TwinPhysics::chamber_flow(double pressure, double temperature_k, double supply,
                                                    double fill_opening, double exhaust_opening) const {
   const ActuatorParameters& a = parameters_.actuator;
@@ -63,8 +68,10 @@ void TwinPhysics::air_rates(const TwinState& x, const Openings& opening, TwinSta
   const double length_a = model_.column_a<double>(x[position]), length_b = model_.column_b<double>(x[position]);
   const double t_a = heat_ ? temperature(x[pressure_a], length_a, area_a_, x[twin_mass_a]) : a.temperature_k;
   const double t_b = heat_ ? temperature(x[pressure_b], length_b, area_b_, x[twin_mass_b]) : a.temperature_k;
-  const ChamberFlow flow_a = chamber_flow(x[pressure_a], t_a, x[twin_supply], opening[fill_a], opening[exhaust_a]);
-  const ChamberFlow flow_b = chamber_flow(x[pressure_b], t_b, x[twin_supply], opening[fill_b], opening[exhaust_b]);
+  const ChamberFlow flow_a =
+      chamber_flow(x[pressure_a], t_a, x[twin_supply], opening[fill_a], opening[exhaust_a] + leak_[0]);
+  const ChamberFlow flow_b =
+      chamber_flow(x[pressure_b], t_b, x[twin_supply], opening[fill_b], opening[exhaust_b] + leak_[1]);
   dx[pressure_a] = pressure_rate(x[pressure_a], t_a, length_a, v, area_a_, flow_a);
   dx[pressure_b] = pressure_rate(x[pressure_b], t_b, length_b, -v, area_b_, flow_b);
   dx[twin_mass_a] = flow_a.fill + flow_a.exhaust;

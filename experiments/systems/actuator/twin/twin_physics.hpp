@@ -61,6 +61,11 @@ class TwinPhysics {
   const TwinParameters& parameters() const { return parameters_; }
   const ValveOrifices& orifices() const { return orifices_; }
 
+  /// The regulator's pressure from now on [Pa].
+  void set_supply(double pressure_pa) noexcept;
+  /// A hole from a chamber (0: A, 1: B) to the atmosphere, as a share of its exhaust's opening.
+  void set_leak(std::size_t chamber, double share) noexcept { leak_[chamber] = share; }
+
   /// At rest at y, both chambers and the reservoir settled, coils off.
   TwinState state_at_rest(double y) const;
   /// Temperature of a chamber [K] under heat_transfer.
@@ -87,6 +92,7 @@ class TwinPhysics {
   TwinParameters parameters_;
   PneumaticActuator model_;
   ValveOrifices orifices_;
+  std::array<double, 2> leak_{};
   double area_a_, area_b_, mass_kg_, rotor_mass_kg_, bristle_damping_;
   bool lugre_, iso_, heat_, polytropic_, reservoir_, backlash_, lagged_;
 };

@@ -39,7 +39,8 @@ TwinPlant::TwinPlant(const TwinParameters& parameters, const std::string& valves
       state_(physics_.state_at_rest(start_m)),
       sensing_(parameters.sensing, parameters.actuator.atmospheric_pressure_pa, sensing.noise, actuator_state(state_),
                stream(sensing.seed, 2)),
-      ideal_(sensing.ideal) {
+      ideal_(sensing.ideal),
+      sound_supply_pa_(parameters.actuator.supply_pressure_pa) {
   if (valves == servo_valves) servo_.emplace(parameters.actuator.servo);
 }
 
@@ -64,6 +65,15 @@ Measurement TwinPlant::read(double time_s) noexcept {
 
 void TwinPlant::fail_switch(std::size_t c, const SwitchFault& fault) noexcept {
   valves_.fail(c, fault, static_cast<double>(intervals_) * SensingChain::interval_s);
+}
+
+void TwinPlant::fail_part(std::string_view part, std::optional<double> value) noexcept {
+  if (part == "chamber_a") physics_.set_leak(0, value.value_or(0.0));
+  if (part == "chamber_b") physics_.set_leak(1, value.value_or(0.0));
+  if (part != "supply") return;
+  const double atmosphere = physics_.parameters().actuator.atmospheric_pressure_pa;
+  state_[twin_supply] = atmosphere + value.value_or(1.0) * (sound_supply_pa_ - atmosphere);
+  physics_.set_supply(state_[twin_supply]);
 }
 
 void TwinPlant::write(const Command& command) noexcept {

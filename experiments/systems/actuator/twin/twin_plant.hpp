@@ -35,6 +35,8 @@ class TwinPlant final : public SimulatedPlant {
   void write(const Command& command) noexcept override;
   double consumed() const override { return state_[twin_drawn]; }
   void fail_switch(std::size_t c, const SwitchFault& fault) noexcept override;
+  /// supply: a factor on its gauge pressure, which the regulator has let go at once; chamber_a, chamber_b: a leak.
+  void fail_part(std::string_view part, std::optional<double> value) noexcept override;
 
   const TwinState& state() const { return state_; }
   const TwinPhysics& physics() const { return physics_; }
@@ -52,6 +54,7 @@ class TwinPlant final : public SimulatedPlant {
   bool ideal_;
   double motor_command_n_ = 0.0;
   std::int64_t intervals_ = 0;
+  double sound_supply_pa_;
 };
 
 }  // namespace solenoid
