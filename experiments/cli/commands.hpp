@@ -32,6 +32,7 @@ void add_certify(CLI::App& app, int& exit_code);
 void add_study(CLI::App& app, int& exit_code);
 void add_ledger(CLI::App& app, int& exit_code);
 void add_run(CLI::App& app, int& exit_code);
+void add_commission(CLI::App& app, int& exit_code);
 void add_emulator(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);
 void add_export(CLI::App& app, int& exit_code);

@@ -91,6 +91,7 @@ int run(int argc, char** argv) {
   add_study(app, exit_code);
   add_ledger(app, exit_code);
   add_run(app, exit_code);
+  add_commission(app, exit_code);
   add_emulator(app, exit_code);
   add_replay(app, exit_code);
   add_export(app, exit_code);

@@ -5,6 +5,7 @@
 #include "experiments/rig/log/recorded_run.hpp"
 #include "experiments/rig/replay_run.hpp"
 #include "tests/experiments/program_under_test.hpp"
+#include "tests/rig/undisturbed.hpp"
 
 #include <algorithm>
 #include <csignal>
@@ -22,36 +23,16 @@ namespace solenoid {
 namespace {
 
 using test::Folder;
+using test::patient_limits;
 using test::ProgramRun;
 using test::run_program;
+using test::stood_still;
 using test::text_of;
+using test::undisturbed;
 using testing::AnyOf;
 using testing::HasSubstr;
 
 std::string log_of(const Folder& folder) { return (folder / "out/cycloidal--nine_state--s1.mcap").string(); }
-
-const char* const patient_limits = "[limits]\nlongest_gap_ms = 1000\n";
-
-bool stood_still(const ProgramRun& run) {
-  const std::string said = run.out + run.err;
-  const auto has = [&](const char* word) { return said.find(word) != std::string::npos; };
-  return has("tick gap") || has("I/O safe");
-}
-
-/// A shared machine may stand still for longer than any rig may. The tests' rig allows it a second, which is longer
-/// than its operator would; runs that ended in SAFE for standing still all the same say nothing about what a test asks
-/// and are made again.
-ProgramRun undisturbed(const Folder& folder, const std::function<ProgramRun()>& make,
-                       const std::function<bool(const ProgramRun&)>& disturbed = stood_still) {
-  if (!std::filesystem::exists(folder / "rig.toml")) folder.write("rig.toml", patient_limits);
-  ProgramRun run;
-  for (int attempt = 0; attempt < 8; ++attempt) {
-    std::filesystem::remove_all(folder / "out");
-    run = make();
-    if (!disturbed(run)) break;
-  }
-  return run;
-}
 
 ProgramRun run_undisturbed(const Folder& folder, std::vector<std::string> arguments) {
   arguments.insert(arguments.end(), {"--rig", folder.file("rig.toml")});
