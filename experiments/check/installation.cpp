@@ -105,6 +105,9 @@ std::vector<Check> check_installation() {
   checks.push_back({"optional", "uPlot", uplot ? "ok" : "missing",
                     uplot ? "built in (curves of reports)"
                           : "curves of reports: apt-get install npm, npm ci in the project's folder, build again"});
+  checks.push_back(optional_program("arm-none-eabi-g++", "gcc-arm-none-eabi libstdc++-arm-none-eabi-dev libnewlib-dev",
+                                    "the firmware of the rig's node"));
+  checks.push_back(optional_program("qemu-system-arm", "qemu-system-arm", "the firmware's image without a board"));
   checks.push_back(optional_program("sbatch", "slurm-client", "campaigns on a cluster"));
   checks.push_back(optional_program("node", "nodejs", "tests of the report and logs"));
   checks.push_back(optional_program("npm", "npm", "uPlot for reports"));

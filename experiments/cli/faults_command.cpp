@@ -18,12 +18,12 @@ namespace {
 struct FaultsArguments {
   OutputOptions output;
   std::string variant = "nine_state";
-  bool simulated_only = false, attacks_only = false;
+  bool simulated_only = false, attacks_only = false, image = false;
 };
 
-std::vector<ProcessOutcome> in_a_folder(const std::string& variant) {
+std::vector<ProcessOutcome> in_a_folder(const std::string& variant, bool image = false) {
   const TemporaryFolder folder;
-  return process_faults(this_program(), folder.path().string(), variant);
+  return process_faults(this_program(), folder.path().string(), variant, image);
 }
 
 /// Of the node by those who are not its controller.
@@ -37,6 +37,11 @@ int attacks(const FaultsArguments& options) {
 
 int faults(const FaultsArguments& options) {
   if (options.attacks_only) return attacks(options);
+  if (options.image) {
+    const auto processes = in_a_folder(options.variant, true);
+    options.output.write(result_of({}, processes));
+    return std::ranges::all_of(processes, [](const auto& p) { return p.refused == 0; }) ? success : failure;
+  }
   auto simulated = simulated_faults(options.variant);
   std::ranges::move(coil_faults(options.variant), std::back_inserter(simulated));
   const auto processes = options.simulated_only ? std::vector<ProcessOutcome>{} : in_a_folder(options.variant);
@@ -60,6 +65,13 @@ void add_faults(CLI::App& app, int& exit_code) {
       ->add_flag("--attacks-only", options->attacks_only,
                  "attack an emulated node instead, 20,000 packets a second for two seconds each (about a minute)")
       ->excludes("--simulated-only");
+  command
+      ->add_flag(
+          "--image", options->image,
+          "with the firmware's image on QEMU's board: the faults of processes, and of sensors and valves in real time "
+          "(about four minutes)")
+      ->excludes("--simulated-only")
+      ->excludes("--attacks-only");
   command->footer(
       "Exit code 1 if any command out of range left the controller, or if an attack was obeyed or not counted.");
   command->callback([options, &exit_code] { exit_code = faults(*options); });

@@ -6,6 +6,7 @@
 #include "experiments/campaign/simulated_system.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/output_options.hpp"
+#include "experiments/rig/node_protocol.hpp"
 
 #include <algorithm>
 
@@ -130,6 +131,32 @@ Json list_modes(const std::string& only) {
   return list;
 }
 
+/// What an I/O node for each set of modes is told: text, inputs and outputs, to the letter.
+Json list_wires(const std::string& only) {
+  Json list = Json::array();
+  for (const System* system : chosen_systems(only))
+    for (const std::string& name : system->mode_sets()) {
+      VariantConfig variant = new_variant(system);
+      variant.modes = name;
+      const ModeSet modes = system->modes(variant);
+      const SystemDescription& described = system->description_for(variant);
+      std::string wire;
+      try {
+        wire = wire_text(described, modes);
+      } catch (const ConfigError& too_long) {
+        wire = std::string("none: ") + too_long.what();
+      }
+      list.push_back({{"system", system->name()},
+                      {"modes", name},
+                      {"channels", described.channels.size()},
+                      {"outputs", described.continuous.size()},
+                      {"switches", modes.switch_count()},
+                      {"safe_switches", modes.safe_pattern()},
+                      {"wire", wire}});
+    }
+  return list;
+}
+
 Json list_solvers(const std::string& only) {
   Json list = Json::array();
   for (const System* system : chosen_systems(only))
@@ -196,7 +223,8 @@ constexpr Section sections[] = {{"systems", list_systems},     {"variants", list
                                 {"scenarios", list_scenarios}, {"solvers", list_solvers},
                                 {"laws", list_laws},           {"estimators", list_estimators},
                                 {"keys", list_keys},           {"parameters", list_parameters},
-                                {"modes", list_modes},         {"trajectories", list_trajectories}};
+                                {"modes", list_modes},         {"trajectories", list_trajectories},
+                                {"wires", list_wires}};
 
 /// Any list of like objects as a table: keys are headings.
 Table table_of(const Section& section, const std::string& system, bool titled) {

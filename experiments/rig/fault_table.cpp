@@ -165,12 +165,13 @@ Result result_of(const std::vector<FaultOutcome>& simulated, const std::vector<P
                   Column("", "node safe after ms", ".1f"), Column("longest_silence_ms", "longest silence ms", ".1f"),
                   Column("final_outputs", "", "", Data::json), Column("", "node's outputs", "<"),
                   Column("refused", "refused"), Column("sessions", "sessions"), Column("asked", "asked too"),
+                  Column("noticed_ms"), Column("", "noticed ms", ".0f"), Column("watchdog_resets", "watchdog"),
                   Column("log_ticks", "ticks in the log"), Column("log_closed", "closed", "<"),
                   Column("safe_causes", "why SAFE", "<")}};
   for (const ProcessOutcome& p : processes)
     second.add({p.name, p.exit_code, p.safe_after_ms, happened(p.safe_after_ms), p.longest_silence_ms,
-                outputs(p.final_outputs), outputs_text(p.final_outputs), p.refused, p.sessions, p.asked, p.log_ticks,
-                p.log_closed, p.causes});
+                outputs(p.final_outputs), outputs_text(p.final_outputs), p.refused, p.sessions, p.asked, p.noticed_ms,
+                happened(p.noticed_ms), p.watchdog_resets, p.log_ticks, p.log_closed, p.causes});
   return {.tables = {table, second}};
 }
 

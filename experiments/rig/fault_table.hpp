@@ -28,8 +28,8 @@ struct FaultOutcome {
 /// is not known or not real time.
 std::vector<FaultOutcome> simulated_faults(const std::string& variant);
 
-/// Each coil of the variant stuck open and stuck closed, at rest and moving, found and done without: `valve_health` is on. The
-/// note says which coil was called failed, and as what.
+/// Each coil of the variant stuck open and stuck closed, at rest and moving, found and done without: `valve_health` is
+/// on. The note says which coil was called failed, and as what.
 std::vector<FaultOutcome> coil_faults(const std::string& variant);
 
 /// One of them: `fault` in the grammar of fault_script.hpp, its time included; re-armed at `rearm_at_s` if not
@@ -49,14 +49,17 @@ struct ProcessOutcome {
   std::int64_t sessions = 0, asked = 0;  ///< of the node: begun, and other controllers that it told to wait
   std::int64_t log_ticks = 0;            ///< that can be read back
   bool log_closed = false;
+  double noticed_ms = -1;            ///< run: after a fault of the plant, of the firmware's image
+  std::int64_t watchdog_resets = 0;  ///< of the image's board
   std::string causes;
   std::string results;  ///< where its files' names begin
 };
 
 /// Signals, lost processes and wires, disks: real processes in real time, some seconds each. `program`: this program's
-/// file; `folder`: for their results; `variant`: what they run.
+/// file; `folder`: for their results; `variant`: what they run; `image`: with the firmware's image in the emulated
+/// node's place, and faults of the plant too.
 std::vector<ProcessOutcome> process_faults(const std::string& program, const std::string& folder,
-                                           const std::string& variant);
+                                           const std::string& variant, bool image = false);
 
 Result result_of(const std::vector<FaultOutcome>& simulated, const std::vector<ProcessOutcome>& processes);
 

@@ -191,15 +191,17 @@ std::function<ssize_t(int, const char*, std::size_t)> disk_with(const std::vecto
 }
 
 RunLogSettings log_settings(const SessionSettings& settings, const SystemDescription& system) {
-  return {.system = &system,
-          .folder = settings.log_folder,
-          .name = settings.log_name,
-          .start_ns = wall_ns(),
-          .udp_ports = settings.udp_ports,
-          .live_socket = settings.live_socket,
-          .switches = {},
-          .about = settings.about,
-          .write = disk_with(settings.faults)};
+  RunLogSettings log{.system = &system,
+                     .folder = settings.log_folder,
+                     .name = settings.log_name,
+                     .start_ns = wall_ns(),
+                     .udp_ports = settings.udp_ports,
+                     .live_socket = settings.live_socket,
+                     .switches = {},
+                     .about = settings.about,
+                     .write = disk_with(settings.faults)};
+  log.about["start_ns"] = std::to_string(log.start_ns);
+  return log;
 }
 
 /// Has the ladder begin where the plant stands; the log says where, for a replay.

@@ -1,4 +1,6 @@
 #include "experiments/check/checks.hpp"
+#include "experiments/rig/plants.hpp"
+#include "experiments/rig/udp_io.hpp"
 #include "tests/experiments/program_under_test.hpp"
 
 #include <map>
@@ -37,13 +39,23 @@ TEST(List, EverySectionAsTableAndJson) {
   Folder folder;
   const json all = json::parse(run_program(folder, "list --format json").out);
   for (const char* section : {"systems", "variants", "scenarios", "solvers", "laws", "estimators", "keys", "parameters",
-                              "modes", "trajectories"}) {
+                              "modes", "trajectories", "wires"}) {
     EXPECT_FALSE(all.at(section).empty()) << section;
     const ProgramRun table = run_program(folder, std::string("list ") + section);
     EXPECT_EQ(table.exit_code, 0);
     EXPECT_GT(split(table.out, '\n').size(), all.at(section).size()) << "a heading and a line each";
   }
   EXPECT_EQ(all.at("modes")[1].at("modes"), 9);
+  int of_the_rig = 0;
+  for (const json& wire : all.at("wires"))
+    if (wire.at("system") == "actuator" && wire.at("modes") == "two_way") {
+      ++of_the_rig;
+      EXPECT_EQ(wire.at("switches"), 4);
+      VariantConfig variant = new_variant();
+      variant.modes = "two_way";
+      EXPECT_EQ(wire.at("wire"), node_wire(variant).text);
+    }
+  EXPECT_EQ(of_the_rig, 1);
 }
 
 TEST(List, TheDocumentationsTablesAreWhatIsListed) {
