@@ -117,18 +117,19 @@ nlohmann::ordered_json counters_json(const NodeCounters& c) {
           {"timeouts", c.timeouts}};
 }
 
+nlohmann::ordered_json outputs_json(const Command& outputs, const SystemDescription& system) {
+  nlohmann::ordered_json json = {{system.switches_key, outputs.switches}};
+  for (std::size_t i = 0; i < system.continuous.size(); ++i) json[system.continuous[i].key] = outputs.continuous[i];
+  return json;
+}
+
 std::string node_report(const EmulatedNode& node, const SystemDescription& system, std::int64_t dropped) {
   const NodeLog log = node.log();
   nlohmann::ordered_json json = counters_json(log.counters);
   json["dropped"] = dropped;
   json["longest_silence_ms"] = 1e3 * log.longest_silence_s;
   json["safe_after_ms"] = 1e3 * log.safe_after_s;
-  if (node.begun()) {
-    nlohmann::ordered_json& outputs = json["final_outputs"];
-    outputs[system.switches_key] = node.outputs().switches;
-    for (std::size_t i = 0; i < system.continuous.size(); ++i)
-      outputs[system.continuous[i].key] = node.outputs().continuous[i];
-  }
+  if (node.begun()) json["final_outputs"] = outputs_json(node.outputs(), system);
   json["events"] = nlohmann::ordered_json::array();
   for (const NodeLog::Event& e : log.events) json["events"].push_back({{"time_s", e.time_s}, {"what", e.what}});
   return json.dump(1) + "\n";

@@ -45,6 +45,9 @@ std::int64_t serve(EmulatedNode& node, const EmulatorSettings& settings, const s
 /// A node's counters by their names.
 nlohmann::ordered_json counters_json(const NodeCounters& counters);
 
+/// Outputs of a system's node by their names.
+nlohmann::ordered_json outputs_json(const Command& outputs, const SystemDescription& system);
+
 /// What the node of a system has seen, as JSON; `dropped`: packets that did not come to it.
 std::string node_report(const EmulatedNode& node, const SystemDescription& system, std::int64_t dropped);
 

@@ -145,12 +145,7 @@ std::string image_report(const ImageNode& node, const SystemDescription& system)
                    {"frames", report.frames},
                    {"answers", report.answers},
                    {"longest_round_ms", ms(report.longest_gap_us)}};
-  if (node.begun()) {
-    nlohmann::ordered_json& outputs = json["final_outputs"];
-    outputs[system.switches_key] = node.outputs().switches;
-    for (std::size_t i = 0; i < system.continuous.size(); ++i)
-      outputs[system.continuous[i].key] = node.outputs().continuous[i];
-  }
+  if (node.begun()) json["final_outputs"] = outputs_json(node.outputs(), system);
   json["events"] = nlohmann::ordered_json::array();
   std::istringstream lines(node.board().serial());
   for (std::string line; std::getline(lines, line);) {
