@@ -15,13 +15,29 @@ double NodeClock::bound_s(const Exchange& e, double at_s) const noexcept {
   return e.round_trip_s / 2 + (drift_known_ ? known_drift : unknown_drift) * std::abs(at_s - e.middle_s);
 }
 
-void NodeClock::exchange(double sent_s, double received_s, std::uint64_t node_us) noexcept {
-  if (!(received_s >= sent_s)) return;
+bool NodeClock::contradicts(const Exchange& now) const noexcept {
+  return std::abs(now.offset_s - offset_at(now.middle_s)) >
+         now.round_trip_s / 2 + bound_s(best_, now.middle_s) + jump_s;
+}
+
+bool NodeClock::again(const Exchange& now) const noexcept {
+  return doubts_ &&
+         std::abs(now.offset_s - doubted_.offset_s) <= (now.round_trip_s + doubted_.round_trip_s) / 2 + jump_s;
+}
+
+bool NodeClock::exchange(double sent_s, double received_s, std::uint64_t node_us) noexcept {
+  if (!(received_s >= sent_s)) return false;
   if (count_ == 0) base_us_ = node_us;
   const double middle = (sent_s + received_s) / 2;
   Exchange now{middle, since_base_s(node_us) - middle, received_s - sent_s};
-  if (count_ > 0 &&
-      std::abs(now.offset_s - offset_at(middle)) > now.round_trip_s / 2 + bound_s(best_, middle) + jump_s) {
+  const bool doubtful = count_ > 0 && contradicts(now);
+  if (doubtful && !again(now)) {
+    doubted_ = now;
+    doubts_ = true;
+    return false;
+  }
+  doubts_ = false;
+  if (doubtful) {
     const int jumps = jumps_ + 1;
     reset();
     jumps_ = jumps;
@@ -44,6 +60,7 @@ void NodeClock::exchange(double sent_s, double received_s, std::uint64_t node_us
     const Exchange& older = kept_[static_cast<std::size_t>((newest_ - i + bins) % bins)];
     if (bound_s(older, received_s) < bound_s(best_, received_s)) best_ = older;
   }
+  return true;
 }
 
 void NodeClock::fit() noexcept {

@@ -19,8 +19,8 @@ namespace solenoid {
 ///     e = r/2 + phi (time since),    phi = 200 ppm before the drift is known, 50 ppm after
 ///
 /// carried on with the drift; e is the bound of its error, as long as the crystals are within 100 ppm of each other and
-/// the drift is right to 50 ppm. An answer that contradicts the bound by more than a millisecond is another clock, a
-/// node that was started anew: all is forgotten but it.
+/// the drift is right to 50 ppm. An answer that contradicts the bound by more than a millisecond is not believed; if the
+/// next one agrees with it, it is another clock, a node that was started anew, and all is forgotten but those.
 ///
 /// promise   no allocation, lock or exception
 class NodeClock {
@@ -32,7 +32,8 @@ class NodeClock {
 
   void reset() noexcept { *this = NodeClock(); }
   /// An answered request: when it was sent and its answer came [s, our clock], what the node's clock said between [us].
-  void exchange(double sent_s, double received_s, std::uint64_t node_us) noexcept;
+  /// Whether it is believed.
+  bool exchange(double sent_s, double received_s, std::uint64_t node_us) noexcept;
 
   /// Whether there has been an exchange.
   bool known() const noexcept { return count_ > 0; }
@@ -40,7 +41,8 @@ class NodeClock {
   double age_s(std::uint64_t node_us, double at_s) const noexcept;
   /// The bound of its error.
   double error_s(double at_s) const noexcept;
-  /// By how much the node's clock goes faster than ours, as a share; 0 until a second has shown it.
+  /// By how much the node's clock goes faster than ours, as a share, at most unknown_drift either way; 0 until a second
+  /// has shown it.
   double drift() const noexcept { return drift_; }
   /// The shortest round trip in the window [s].
   double least_round_trip_s() const noexcept;
@@ -58,12 +60,16 @@ class NodeClock {
   double bound_s(const Exchange& e, double at_s) const noexcept;
   double offset_at(double at_s) const noexcept { return best_.offset_s + drift_ * (at_s - best_.middle_s); }
   void fit() noexcept;
+  bool contradicts(const Exchange& now) const noexcept;
+  /// Whether `now` is of the clock that the last contradiction was of.
+  bool again(const Exchange& now) const noexcept;
 
   std::array<Exchange, bins> kept_{};  // the newest at newest_, which is still open
   int count_ = 0, newest_ = 0, jumps_ = 0;
   std::int64_t bin_ = 0;
   std::uint64_t base_us_ = 0;
-  Exchange best_;
+  Exchange best_, doubted_;
+  bool doubts_ = false;
   double drift_ = 0.0;
   bool drift_known_ = false;
 };

@@ -14,7 +14,8 @@ namespace solenoid {
 namespace {
 
 std::unique_ptr<RigIo> node_io(const PlantChoice& choice, const VariantConfig& variant) {
-  UdpSettings settings = parse_node_address(choice.address.empty() ? choice.rig.node.address : choice.address);
+  UdpSettings settings = timed_for(
+      parse_node_address(choice.address.empty() ? choice.rig.node.address : choice.address), variant.timing.tick_s);
   const std::string& key_file = choice.key_file.empty() ? choice.rig.node.key_file : choice.key_file;
   if (!key_file.empty()) settings.key = read_node_key(key_file);
   if (!settings.key && !on_loopback(settings))

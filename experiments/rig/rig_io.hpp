@@ -33,6 +33,8 @@ struct WireHealth {
   std::int64_t reordered = 0;           ///< answers that a later one overtook
   double drift_ppm = 0.0;               ///< by how much the far clock goes faster than ours
   double clock_error_us = 0.0;          ///< bound of the error of ages
+  int clock_jumps = 0;                  ///< of the far clock
+  std::int64_t reads = 0, missed = 0;   ///< missed: nothing newer was there
   /// Half of what the 99th percentile of the round trip is above its least: of one direction.
   double jitter_us() const;
   /// Of all requests, those without an answer.
@@ -63,6 +65,8 @@ class RigIo {
   /// The safe outputs: the mode set's safe pattern, continuous inputs 0. Async-signal-safe: a crash handler calls it.
   virtual void safe() noexcept = 0;
   virtual IoHealth health() const noexcept = 0;
+  /// Forgets what health has counted of the wire so far.
+  virtual void watch_anew() noexcept {}
 };
 
 }  // namespace solenoid

@@ -145,7 +145,8 @@ Json session_json(const RunRecord& record, const SessionResult& r) {
                           {"loss", wire.loss()},
                           {"reordered", wire.reordered},
                           {"drift_ppm", wire.drift_ppm},
-                          {"clock_error_us", wire.clock_error_us}};
+                          {"clock_error_us", wire.clock_error_us},
+                          {"clock_jumps", wire.clock_jumps}};
   }
   json["safe_causes"] = to_string(r.causes, system);
   json["log"] = {{"path", r.log_path}, {"problem", r.log_problem}};

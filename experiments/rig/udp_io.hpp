@@ -18,12 +18,15 @@ struct UdpSettings {
   std::string address = "127.0.0.1";
   int port = node_port;
   std::optional<NodeKey> key;
-  double wait_s = 400e-6;                  ///< a read waits so long for its sample
-  double most_age_s = 5e-3;                ///< an older one is none
+  double wait_s = 400e-6;                  ///< a read waits so long for its sample: two fifths of a tick of 1 ms
+  double most_age_s = 5e-3;                ///< an older one is none: five ticks
   double open_wait_s = 3.0;                ///< open repeats its packets for so long,
   double busy_wait_s = 1.5 * node_hold_s;  ///< or, if another controller has the node, which may just have died
   std::string text() const;                ///< "127.0.0.1:47811"
 };
+/// Its times for a loop's tick: two fifths of it to wait, five of them, or 40 ms, for the greatest age.
+UdpSettings timed_for(UdpSettings settings, double tick_s);
+
 /// "ADDRESS:PORT". Throws ConfigError.
 UdpSettings parse_node_address(const std::string& text);
 
@@ -55,6 +58,7 @@ class UdpIo final : public RigIo {
   void write(const RigOutputs& outputs) noexcept override;
   void safe() noexcept override;
   IoHealth health() const noexcept override;
+  void watch_anew() noexcept override;
 
  private:
   void connect();
@@ -62,13 +66,16 @@ class UdpIo final : public RigIo {
   std::optional<std::uint64_t> ask_for_session();
   const NodeKey* key() const { return settings_.key ? &*settings_.key : nullptr; }
   bool send(NodePacket& packet) noexcept;
-  /// The next valid packet that has arrived.
+  /// The next valid packet that has arrived, and when it did (`arrived_s_`), which may be long before it is read.
   std::optional<NodePacket> receive() noexcept;
   /// Takes what has arrived; whether the answer to `sequence` is among it.
   bool drain(std::uint64_t sequence) noexcept;
   void take(const NodeSample& sample, std::uint64_t node_time_us) noexcept;
-  void note_answer(std::uint64_t echo, std::uint64_t node_time_us) noexcept;
+  /// Whether the node's time may be believed.
+  bool note_answer(std::uint64_t echo, std::uint64_t node_time_us) noexcept;
   void note_request(std::uint64_t sequence) noexcept;
+  /// Whether the newest sample is newer than at the last read and young enough.
+  bool fresh_at(double now_s) const noexcept;
   void wait(double until_s) noexcept;
   bool wait_for_sample(std::uint64_t sequence, double wait_s) noexcept;
 
@@ -91,7 +98,10 @@ class UdpIo final : public RigIo {
   RigInputs inputs_;
   IoHealth health_;
   NodeClock node_clock_;
-  std::array<Request, 64> requests_{};  // by sequence
+  std::array<Request, 64> requests_{};  // in turn
+  std::size_t next_request_ = 0;
+  double arrived_s_ = 0.0;
+  bool newer_ = false;  // than at the last read
   PercentileSketch round_trips_us_, ages_us_;
   WireHealth wire_health_;
   double share_late_ = 0.0;  // of the last answers

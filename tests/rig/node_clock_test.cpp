@@ -95,6 +95,23 @@ TEST(NodeClock, TakesANodeThatWasStartedAnewForAnother) {
   EXPECT_LT(std::abs(run.error(1e-3)), 250e-6);
 }
 
+TEST(NodeClock, OneAnswerThatContradictsItIsNotBelieved) {
+  ClockRun run({.drift = 50e-6}, 4);
+  run.go(5.0, [] {});
+  const double drift = run.clock.drift();
+  EXPECT_FALSE(run.clock.exchange(run.now, run.now + 1e-4, run.wire.node_us(run.now + 3e-3)));
+  EXPECT_EQ(run.clock.jumps(), 0);
+  EXPECT_NEAR(run.error(1e-3), 0.0, 3e-6);
+  EXPECT_TRUE(run.clock.exchange(run.now, run.now + 1e-4, run.wire.node_us(run.now + 5e-5)));
+  EXPECT_EQ(run.clock.drift(), drift);
+}
+
+TEST(NodeClock, AClockThatIsAPercentOffJumps) {
+  ClockRun run({.drift = 1e-2}, 6);
+  run.go(3.0, [] {});
+  EXPECT_GT(run.clock.jumps(), 5);
+}
+
 TEST(NodeClock, KnowsNothingBeforeItsFirstExchange) {
   NodeClock clock;
   EXPECT_FALSE(clock.known());

@@ -1,5 +1,6 @@
 #include "experiments/rig/wire_check.hpp"
 
+#include <cmath>
 #include <map>
 #include <string>
 
@@ -40,14 +41,32 @@ TEST(WireCheck, SaysWhetherAWireDoesAndWhy) {
   EXPECT_EQ(late["1000 Hz"], "ok");
   EXPECT_THAT(late["words"], StartsWith("yes: samples are late"));
 
+  auto delayed = wire_results(wire_of(20'100, 20'000));  // steady, and nothing a loop can do with
+  EXPECT_EQ(delayed["round trip"], "failed");
+  EXPECT_THAT(delayed["words"], StartsWith("no: the quickest round trip takes more than 5 ticks"));
+
+  WireHealth old = wire_of(90, 50);
+  old.age_us.p99 = 5001;
+  EXPECT_EQ(wire_results(old)["age"], "failed");
+  EXPECT_EQ(wire_results(old)["1000 Hz"], "failed");
+  WireHealth empty = wire_of(90, 50);
+  empty.reads = 1000;
+  empty.missed = 500;
+  EXPECT_THAT(wire_results(empty)["words"], StartsWith("no: too many reads have no sample"));
+
+  WireHealth jumping = wire_of(90, 50);
+  jumping.clock_jumps = 1;
+  EXPECT_EQ(wire_results(jumping)["clock"], "failed");
+  EXPECT_EQ(wire_results(jumping)["1000 Hz"], "failed");
+
   auto unsteady = wire_results(wire_of(4300, 100));
   EXPECT_EQ(unsteady["round trip"], "failed");
   EXPECT_EQ(unsteady["jitter"], "failed");
   EXPECT_EQ(unsteady["1000 Hz"], "failed");
 
-  auto lossy = wire_results(wire_of(90, 50, 250));
+  auto lossy = wire_results(wire_of(90, 50, 254));
   EXPECT_EQ(lossy["loss"], "failed");
-  EXPECT_THAT(lossy["words"], StartsWith("no: 25 %"));
+  EXPECT_THAT(lossy["words"], StartsWith("no: 25.3 %"));
   EXPECT_EQ(wire_results(wire_of(90, 50, 249))["loss"], "ok");
 
   auto drifting = wire_results(wire_of(90, 50, 0, -101.0));
@@ -58,6 +77,17 @@ TEST(WireCheck, SaysWhetherAWireDoesAndWhy) {
   EXPECT_EQ(silent["round trip"], "failed");
   EXPECT_EQ(silent["loss"], "failed");
   EXPECT_THAT(silent["words"], StartsWith("no: nothing was answered"));
+}
+
+/// A loss at the limit is one run in SAFE an hour, by the formula, at ticks where samples and where commands decide.
+TEST(WireCheck, LimitsFollowTheTick) {
+  const WireLimits fast = wire_limits(1e-3), slow = wire_limits(1e-2);
+  EXPECT_NEAR(std::pow(fast.loss, 11) * 3.6e6, 1.0, 1e-9);
+  EXPECT_NEAR(slow.loss * 3.6e5, 1.0, 1e-9);  // one lost command is 20 ms of silence
+  EXPECT_DOUBLE_EQ(fast.wait_s, 400e-6);
+  EXPECT_DOUBLE_EQ(fast.age_s, 5e-3);
+  EXPECT_DOUBLE_EQ(slow.wait_s, 4e-3);
+  EXPECT_DOUBLE_EQ(slow.age_s, 40e-3);
 }
 
 TEST(WireHealth, JitterIsOfOneDirectionAndLossOfAllRequests) {
