@@ -3,6 +3,7 @@
 #include "experiments/rig/node_protocol.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -79,7 +80,7 @@ void EmulatedNode::advance() {
 std::uint64_t EmulatedNode::now_us() noexcept {
   if (commanded_) advance();
   if (link_) at(link_->now_s());
-  return static_cast<std::uint64_t>(1e6 * now_s_ + 0.5);
+  return static_cast<std::uint64_t>(std::llround(1e6 * now_s_));
 }
 
 std::uint64_t EmulatedNode::random() noexcept { return unguessable_number(); }

@@ -196,6 +196,8 @@ RULES = [
          r"emulator --port FREE_PORT & \1 --node 127.0.0.1:FREE_PORT --duration 0.3 --quiet", attempts=BUSY),
     Rule(r"emulator --image", "waits for a controller until Ctrl-C, and needs QEMU: test_rig boots it", "emulator --help"),
     Rule(r"check --plant emulator --node ADDRESS:PORT", "a placeholder: a node of the reader's", "check --help"),
+    Rule(r"check --plant emulator", "an emulator to look at",
+         "emulator --port FREE_PORT & check --plant emulator --node 127.0.0.1:FREE_PORT", attempts=BUSY),
     Rule(r"emulator", "waits for a controller until Ctrl-C", "emulator --port FREE_PORT", until=r"127\.0\.0\.1"),
     Rule(r"(check|run thesis_pd) --plant comedi --rig rig\.toml.*", "a board: its substitute",
          lambda match, _: match[1] + " --plant comedi --rig rig.toml" + (" --duration 0.3 --quiet" if match[1] != "check" else ""),
@@ -208,6 +210,7 @@ RULES = [
     Rule(r"export LOG", "a placeholder", "export run.mcap"),
     Rule(r"chaos --duration \d+", "twenty minutes", "chaos --duration 3"),
     Rule(r"soak --duration (?:\d+|S)(?: --load N)?", "half an hour", "soak --duration 6", attempts=BUSY),
+    Rule(r"faults --attacks-only", "a minute; test_rig asserts its rows at 20,000 packets a second", "faults --help"),
     Rule(r"faults --image", "minutes, and needs QEMU: test_rig drives the image", "faults --help"),
     Rule(r"faults", "every fault takes minutes; test_rig asserts the table's rows", "faults --help"),
 ]
