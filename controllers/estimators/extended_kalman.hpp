@@ -67,20 +67,20 @@ class ExtendedKalman {
   }
 
   /// Takes the channels' values of this tick; returns the estimate at this tick. Values that are missing or not finite
-  /// are left out. A belief that is not finite, or one that a channel contradicts for long, starts anew. `age_s`: how
-  /// long before the tick they were measured.
+  /// are left out. A belief that is not finite, or one that a channel contradicts for long, starts anew at the present:
+  /// values of before it, those of the next age_s, are left out. `age_s`: how long before the tick they were measured.
   StateOf<M> update(std::span<const double> measured, double age_s = 0.0) noexcept {
     if (starts_ == 0 || lost())
       start();
     else
       late_.passed({switched_, continuous_});
     const auto is_there = [](double value) { return std::isfinite(value); };
-    for (const int back = late_.aim(age_s / tick_s_, std::ranges::any_of(measured, is_there)); late_.behind() > back;)
-      predict();
+    const bool any = std::ranges::any_of(measured, is_there);
+    for (const int back = late_.aim(age_s / tick_s_, any); late_.behind() > back;) predict();
     innovation_ = correct(measured);
     if (!sound()) {
       start();
-      late_.aim(0.0, true);
+      late_.aim(age_s / tick_s_, any);
       innovation_ = correct(measured);
     }
     if (!sound()) start();

@@ -33,23 +33,37 @@ class LateValues {
   /// Values that are older than so many ticks say nothing any more.
   static constexpr int most_ticks = 16;
 
-  /// Begins anew, at the present.
-  void start() noexcept { behind_ = usual_ = 0; }
-  /// A tick has passed under these inputs.
-  void passed(const Inputs& inputs) noexcept {
+  /// What is usual is the greatest age of so many values, or of up to twice as many: a single late one is forgotten.
+  static constexpr int usual_values = 256;
+
+  /// The tick that an age belongs to: so many ticks back.
+  static int whole_ticks(double age_ticks) noexcept {
+    return static_cast<int>(std::min(std::round(std::max(0.0, age_ticks)), 1.0 * most_ticks));
+  }
+  /// Begins anew, so many ticks before the present, fewer than most_ticks: where the values are of that start it.
+  void start(int behind = 0) noexcept {
+    behind_ = recent_ = behind;
+    earlier_ = counted_ = 0;
+  }
+  /// These inputs acted in the tick that has passed, whether or not the filter goes on from where it stood.
+  void remember(const Inputs& inputs) noexcept {
     newest_ = (newest_ + 1) % most_ticks;
     inputs_[static_cast<std::size_t>(newest_)] = inputs;
+  }
+  /// A tick has passed under these inputs.
+  void passed(const Inputs& inputs) noexcept {
+    remember(inputs);
     ++behind_;
   }
   /// Where a tick's values belong: so many ticks back. `age_ticks`: theirs; `any`: whether there are any. Those that
   /// are older than what the filter has seen are none. Without values the filter stays as far behind as they usually
   /// are.
   int aim(double age_ticks, bool any) noexcept {
-    const double whole = std::round(std::max(0.0, age_ticks));
+    const int whole = whole_ticks(age_ticks);
     const bool known = any && whole < most_ticks;
-    if (known) usual_ = std::max(usual_, static_cast<int>(whole));  // also where the filter began too late for them
+    if (known) count(whole);  // also where the filter began too late for them
     taken_ = known && whole <= behind_;
-    const int back = taken_ ? static_cast<int>(whole) : std::min(behind_, usual_);
+    const int back = taken_ ? whole : std::min(behind_, std::max(recent_, earlier_));
     rest_ = taken_ ? std::max(0.0, age_ticks) - whole : 0.0;
     return back;
   }
@@ -67,8 +81,16 @@ class LateValues {
   void caught_up() noexcept { --behind_; }
 
  private:
+  void count(int age) noexcept {
+    recent_ = std::max(recent_, age);
+    if (++counted_ < usual_values) return;
+    earlier_ = recent_;
+    recent_ = counted_ = 0;
+  }
+
   std::array<Inputs, most_ticks> inputs_{};
-  int newest_ = 0, behind_ = 0, usual_ = 0;
+  int newest_ = 0, behind_ = 0;
+  int recent_ = 0, earlier_ = 0, counted_ = 0;  // greatest ages of the values being counted, and of those before
   double rest_ = 0.0;
   bool taken_ = false;
 };

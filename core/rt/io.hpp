@@ -14,7 +14,7 @@ struct Measurement {
   bool ideal = false;
   int stale_ticks = 0;         ///< age of these values in ticks: 0 when they were measured for this one
   bool node_was_safe = false;  ///< the I/O went to its safe state by itself since the last tick
-  double age_s = 0.0;          ///< how long before time_s the values were measured; 0 in simulation
+  double age_s = 0.0;          ///< how long before the read began they were measured; 0 in simulation
 };
 
 /// A plant is told this: which switches are on, and its continuous inputs.

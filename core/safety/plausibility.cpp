@@ -11,12 +11,23 @@ namespace {
 /// become plausible by waiting.
 constexpr double slew_growth = 0.2;
 
+/// How many ticks' motion a value may be away from the last good one: as many as lie between the two measurements, of
+/// which those that were waited for without a good value count as slew_growth. `younger`: so many ticks younger than
+/// the last this value is, negative where it is older, which takes from the ticks that were waited for first. Two
+/// samples are apart by more than what their ages are unsure of, `least`.
+double slew_ticks(int since_good, double younger, double least) {
+  const double waited = since_good + std::min(0.0, younger);
+  const double apart = waited >= 0 ? 1.0 + slew_growth * waited : 1.0 + waited;
+  return std::max(least, apart) + std::max(0.0, younger);
+}
+
 }  // namespace
 
 int stuck_ticks_of(const ChannelNoise& noise) noexcept {
   if (noise.sigma <= 0) return 0;
-  const double same = std::erf(noise.quantum / (std::sqrt(8.0) * noise.sigma));
-  const double independent = same > 0 ? std::log(stuck_false_alarm_ticks) / -std::log(same) : 2.0;
+  // -ln p by what is missing to 1, which p itself is rounded to from some 17 sigma on; 0 where even that underflows.
+  const double surprise = -std::log1p(-std::erfc(noise.quantum / (std::sqrt(8.0) * noise.sigma)));
+  const double independent = std::log(stuck_false_alarm_ticks) / std::max(surprise, 0.0);
   const double ticks = std::ceil(std::max(2.0, independent) * std::max(1.0, noise.ticks));
   return ticks <= most_stuck_ticks ? static_cast<int>(ticks) : 0;
 }
@@ -48,9 +59,8 @@ bool Plausibility::at_once(std::size_t channel, double value, FaultSet& seen) co
     refuse(SensorFault::rail);
   else if (value < b.low || value > b.high)
     refuse(SensorFault::range);
-  const double longer = std::abs(age_s_ - c.age_s) / settings_.tick_s;
-  if (c.started && std::abs(value - c.last_good) > b.slew_per_tick * (1.0 + slew_growth * c.since_good + longer))
-    refuse(SensorFault::slew);
+  const double moving = slew_ticks(c.since_good, (c.age_s - age_s_) / settings_.tick_s, settings_.jitter_ticks);
+  if (c.started && std::abs(value - c.last_good) > b.slew_per_tick * moving) refuse(SensorFault::slew);
   return good;
 }
 

@@ -54,15 +54,15 @@ struct PlausibilitySettings {
   int stuck_lag_ticks = 25;        ///< so long ago the model's change must be: a filter's delay hides it at first
   int supply_ticks = 20;           ///< so long beyond the supply
   int innovation_ticks = 25;       ///< averaging time of the innovations
-  double jitter_ticks = 0.5;       ///< a sample may be so early or late: a moving value's innovations weigh less
+  double jitter_ticks = 0.5;       ///< a sample may be so early or late: innovations of moving values weigh less
   double innovation_limit = 30.0;  ///< mean squared innovation in variances; a sound sensor's is 1
-  double tick_s = 1e-3;            ///< the loop's: a sample that is older than the last moved for longer, or less long
+  double tick_s = 1e-3;            ///< the loop's: by it ages are ticks
 };
 
 /// Decides which channels may be believed. A tick whose value is not plausible is left out (the value becomes NaN, which
 /// estimators pass over); a channel left out for longer than patience has failed, and stays so until reset.
-/// Values need not be of the tick's own instant: one that is older or younger than the last may have moved for so much
-/// longer. No allocation, lock or exception.
+/// Values need not be of the tick's own instant: one that is younger than the last may have moved for so much longer,
+/// one that is older for so much less. No allocation, lock or exception.
 class Plausibility {
  public:
   /// What may be believed in a tick, and why the rest may not.

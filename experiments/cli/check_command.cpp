@@ -70,7 +70,7 @@ std::vector<Check> check_plant(const CheckArguments& options) {
   const VariantConfig variant = told(task.variants.front(), task.scenarios.front());
   const SystemDescription& system = task.system->description();
   choice.rig = options.rig_file.empty() ? usual_rig(variant) : read_rig_file(options.rig_file, variant);
-  if (choice.kind != "comedi") expect_noise(choice.rig, simulation_of(*task.system).noise(task.scenarios.front()));
+  expect_noise(choice, task.scenarios.front());
   const OpenedPlant opened = open_plant(choice, variant, task.scenarios.front(), 1);
   const LadderSettings& ladder = choice.rig.ladder;
   const Preflight found = preflight(*opened.plant, system, ladder.plausibility, variant.timing.tick_s);

@@ -119,6 +119,7 @@ SessionResult run_one(const RunArguments& options, const Campaign& campaign, con
                    {"plant", options.plant.kind},      {"policy", options.policy},
                    {"seed", std::to_string(run.seed)}, {"campaign", campaign.resolved_toml},
                    {"rig", options.plant.rig.text},    {"lowering_s", fmt::format("{}", session.ladder.lowering_s)}};
+  if (options.plant.kind == "emulator") session.about["node"] = node_address(options.plant);
   if (options.no_realtime) session.tick_priority = session.solver_priority = 0;
   StatusLine status;
   SessionWatch watch;
@@ -137,8 +138,7 @@ int run(const RunArguments& chosen) {
   options.plant.faults = parse_faults(options.faults, simulation_of(*campaign.system));
   const VariantConfig variant = told(campaign.variants.front(), campaign.scenarios.front());
   options.plant.rig = options.rig_file.empty() ? usual_rig(variant) : read_rig_file(options.rig_file, variant);
-  if (options.plant.kind != "comedi")
-    expect_noise(options.plant.rig, simulation_of(*campaign.system).noise(campaign.scenarios.front()));
+  expect_noise(options.plant, campaign.scenarios.front());
   const double lowering_s = options.session.ladder.lowering_s;
   options.session.ladder = options.plant.rig.ladder;
   options.session.rates = options.plant.rig.rates;

@@ -8,14 +8,13 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace solenoid {
 namespace {
 
 constexpr double full_scale_v = 5.0;
 constexpr Range limits_v{0.0, 10.0, true};
-
-constexpr int usual_bits = 13;
 
 void read_line(TableReader& inner, LinearChannel& channel) {
   channel.offset = inner.number_or("offset", channel.offset);
@@ -31,16 +30,23 @@ void read_output(TableReader& table, const std::string& key, LinearOutput& outpu
 }
 
 /// What a channel's noise is, if the file says so: `noise_v` before a converter of `bits` over -5 to 5 V.
-std::optional<ChannelNoise> read_channel(TableReader& table, const std::string& key, LinearChannel& channel) {
+/// Refused of a channel that no noise tells stuck: `watched` names those that are.
+std::optional<ChannelNoise> read_channel(TableReader& table, const std::string& key,
+                                         const std::vector<std::string>& watched, LinearChannel& channel) {
   if (!table.has(key)) return std::nullopt;
   TableReader inner = table.table(key);
   read_line(inner, channel);
   std::optional<ChannelNoise> noise;
-  const int bits = inner.integer_or("bits", usual_bits, 1, 32);
+  for (const char* stated : {"noise_v", "bits"})
+    if (inner.has(stated) && std::ranges::find(watched, key) == watched.end())
+      inner.fail(stated, fmt::format("{} is not told stuck by its noise (allowed of: {})", key,
+                                     watched.empty() ? "no channel" : fmt::format("{}", fmt::join(watched, ", "))));
   if (inner.has("noise_v")) {
-    const double per_volt = std::abs(channel.gain);
-    noise = {per_volt * inner.number("noise_v", Range::between(0.0, full_scale_v)),
-             per_volt * 2 * full_scale_v / std::ldexp(1.0, bits)};
+    const double sigma_v = inner.number("noise_v", Range::between(0.0, full_scale_v));
+    const int bits = inner.has("bits") ? inner.integer("bits", 1, 32) : usual_converter_bits;
+    noise = {std::abs(channel.gain) * sigma_v, converter_step(channel.gain, bits)};
+  } else if (inner.has("bits")) {
+    inner.fail("bits", "says nothing without the noise before the converter (allowed: with noise_v)");
   }
   inner.finish();
   return noise;
@@ -69,6 +75,8 @@ std::string WireHealth::text() const {
       clock_error_us, drift_ppm);
 }
 
+double converter_step(double gain, int bits) { return std::abs(gain) * 2 * full_scale_v / std::ldexp(1.0, bits); }
+
 Calibration usual_calibration(const VariantConfig& variant) {
   const System& system = system_of(variant);
   Calibration c;
@@ -84,8 +92,12 @@ Calibration usual_calibration(const VariantConfig& variant) {
 Calibration read_calibration(TableReader& table, const VariantConfig& variant) {
   const SystemDescription& system = system_of(variant).description_for(variant);
   Calibration c = usual_calibration(variant);
+  const std::vector<SensorBounds> bounds = system_of(variant).ladder(variant).plausibility.channels;
+  std::vector<std::string> watched;
+  for (std::size_t i = 0; i < bounds.size(); ++i)
+    if (bounds[i].stuck_ticks > 0) watched.push_back(system.channels[i].name);
   for (std::size_t i = 0; i < c.channels.size(); ++i)
-    c.noise[i] = read_channel(table, system.channels[i].name, c.channels[i]);
+    c.noise[i] = read_channel(table, system.channels[i].name, watched, c.channels[i]);
   for (std::size_t i = 0; i < c.continuous.size(); ++i) {
     const std::string& name = system.continuous[i].name;
     read_output(table, name, c.continuous[i]);

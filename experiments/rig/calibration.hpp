@@ -33,11 +33,15 @@ struct Calibration {
   std::vector<std::optional<ChannelNoise>> noise;  ///< of each channel, in its unit, where the file states it
 };
 
+inline constexpr int usual_converter_bits = 13;  ///< a MultiQ3's
+/// The step of a converter of so many bits over -5..5 V, in the unit of a channel of this gain.
+double converter_step(double gain, int bits = usual_converter_bits);
+
 /// Converters of -5..5 V between the rails of each channel and over the range of each continuous input. (The actuator's:
 /// -10..110 mm, +-210 kPa gauge, and the amplifier's 1.6 N a volt, thesis (4.10).)
 Calibration usual_calibration(const VariantConfig& variant);
-/// Table [calibration]: each channel and continuous input by its name, { offset, gain }; of a channel noise_v and bits
-/// too, of a continuous input NAME_limit_v.
+/// Table [calibration]: each channel and continuous input by its name, { offset, gain }; of a channel that is watched by
+/// its noise noise_v and bits too, of a continuous input NAME_limit_v.
 Calibration read_calibration(TableReader& table, const VariantConfig& variant);
 
 /// A RigIo as the control loop's plant. What the controller may take for the truth is what was measured.

@@ -13,9 +13,10 @@
 namespace solenoid {
 namespace {
 
+UdpSettings node_of(const PlantChoice& choice) { return parse_node_address(node_address(choice)); }
+
 std::unique_ptr<RigIo> node_io(const PlantChoice& choice, const VariantConfig& variant) {
-  UdpSettings settings = timed_for(
-      parse_node_address(choice.address.empty() ? choice.rig.node.address : choice.address), variant.timing.tick_s);
+  UdpSettings settings = timed_for(node_of(choice), variant.timing.tick_s);
   const std::string& key_file = choice.key_file.empty() ? choice.rig.node.key_file : choice.key_file;
   if (!key_file.empty()) settings.key = read_node_key(key_file);
   if (!settings.key && !on_loopback(settings))
@@ -32,6 +33,18 @@ NodeWire node_wire(const VariantConfig& variant) {
   const System& system = system_of(variant);
   const SystemDescription& described = system.description_for(variant);
   return {wire_text(described, system.modes(variant)), described.channels.size(), described.continuous.size()};
+}
+
+const std::string& node_address(const PlantChoice& choice) {
+  return choice.address.empty() ? choice.rig.node.address : choice.address;
+}
+
+bool drives_scenario(const PlantChoice& choice) {
+  return choice.kind == "sim" || (choice.kind == "emulator" && on_loopback(node_of(choice)));
+}
+
+void expect_noise(PlantChoice& choice, const ScenarioConfig& scenario) {
+  if (drives_scenario(choice)) expect_noise(choice.rig, simulation_of(scenario).noise(scenario));
 }
 
 OpenedPlant open_plant(const PlantChoice& choice, const VariantConfig& variant, const ScenarioConfig& scenario,

@@ -23,6 +23,14 @@ struct PlantChoice {
   std::vector<InjectedFault> faults;  ///< of a simulated plant
 };
 
+/// ADDRESS:PORT of the node that `emulator` is reached at.
+const std::string& node_address(const PlantChoice& choice);
+/// Whether the plant is the scenario's: `sim`, or a node on this computer (127.0.0.0/8), which is the emulator. A node
+/// elsewhere is a rig, as what is behind a board is. Throws ConfigError: the node's address is none.
+bool drives_scenario(const PlantChoice& choice);
+/// Has the noise of its sensors said by the scenario, where that is the plant and the rig's file does not state it.
+void expect_noise(PlantChoice& choice, const ScenarioConfig& scenario);
+
 /// A plant ready for its first read. `sim` is the scenario's own plant in real time.
 struct OpenedPlant {
   std::unique_ptr<Plant> plant;

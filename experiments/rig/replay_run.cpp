@@ -6,7 +6,7 @@
 #include "core/rt/deferred_solver.hpp"
 #include "experiments/base/shown_text.hpp"
 #include "experiments/campaign/campaign.hpp"
-#include "experiments/rig/rig_file.hpp"
+#include "experiments/rig/plants.hpp"
 #include "experiments/rig/session.hpp"
 
 #include <algorithm>
@@ -218,13 +218,17 @@ RecordedTask recorded_task(const RecordedRun& run) {
   const Campaign campaign = recorded_campaign(run);
   const ScenarioConfig& scenario = campaign.scenarios.front();
   const VariantConfig variant = told(campaign.variants.front(), scenario);
-  RigFile rig = of_log(run, "rig file", [&](const std::string& name) {
+  PlantChoice choice;
+  choice.rig = of_log(run, "rig file", [&](const std::string& name) {
     return read_rig(TableReader::from_text(said(run, "rig"), name), variant);
   });
-  const auto plant = run.about.find("plant");
-  if (plant == run.about.end() || plant->second != "comedi")
-    expect_noise(rig, simulation_of(*campaign.system).noise(scenario));
-  RecordedTask task{variant, scenario, rig.ladder};
+  const auto also_said = [&](const char* key, std::string& value) {
+    if (const auto it = run.about.find(key); it != run.about.end()) value = it->second;
+  };
+  also_said("plant", choice.kind);
+  also_said("node", choice.address);
+  of_log(run, "node", [&](const std::string&) { return expect_noise(choice, scenario), 0; });
+  RecordedTask task{variant, scenario, choice.rig.ladder};
   task.ladder.lowering_s = number_said(run, "lowering_s", 0.0, 5.0);
   task.variant.latency_ticks = said(run, "policy") == "next_slot" ? task.variant.timing.ticks_per_period : 0;
   return task;

@@ -78,8 +78,15 @@ void read_comedi(TableReader& table, const VariantConfig& variant, ComediSetting
   table.finish();
 }
 
+/// A quantity may move by a whole step of its converter before it shows another value: the model must have moved it by
+/// twice that.
+void watch_through(SensorBounds& bounds, double step) {
+  if (bounds.stuck_change > 0) bounds.stuck_change = std::max(bounds.stuck_change, 2 * step);
+}
+
 /// A channel that the system's own rig watches by its noise is watched by the noise stated, and never more hastily.
 void watch_for(SensorBounds& bounds, const ChannelNoise& noise) {
+  watch_through(bounds, noise.quantum);
   if (bounds.stuck_ticks == 0) return;
   const int ticks = stuck_ticks_of(noise);
   bounds.stuck_ticks = ticks > 0 ? std::max(ticks, bounds.stuck_ticks) : 0;
@@ -169,8 +176,13 @@ RigFile read_rig(TableReader table, const VariantConfig& variant) {
   if (table.has("calibration")) {
     TableReader calibration = table.table("calibration");
     rig.calibration = read_calibration(calibration, variant);
-    for (std::size_t i = 0; i < rig.calibration.noise.size(); ++i)
-      if (const auto& noise = rig.calibration.noise[i]) watch_for(rig.ladder.plausibility.channels[i], *noise);
+    for (std::size_t i = 0; i < rig.calibration.noise.size(); ++i) {
+      SensorBounds& bounds = rig.ladder.plausibility.channels[i];
+      if (const auto& noise = rig.calibration.noise[i])
+        watch_for(bounds, *noise);
+      else
+        watch_through(bounds, converter_step(rig.calibration.channels[i].gain));
+    }
   }
   if (table.has("comedi")) {
     TableReader comedi = table.table("comedi");

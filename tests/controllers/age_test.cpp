@@ -8,6 +8,7 @@
 #include <deque>
 #include <limits>
 #include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -144,6 +145,70 @@ TEST(AgeOfMeasurements, WhatIsTooOldToCompareIsLeftOut) {
   EXPECT_EQ(filter.state()[0], 0.0);  // of before the filter stood there
   for (int k = 0; k < 3; ++k) filter.update(std::span(&far, 1), 15 * age_tick_s);
   EXPECT_GT(filter.state()[0], 0.01);
+}
+
+/// Where a filter stands when values are missing is as far back as their age usually is; that is forgotten.
+TEST(AgeOfMeasurements, OneLateValueDoesNotDecideForTheRestOfTheRun) {
+  using Late = LateValues<int>;
+  Late late;
+  const auto tick = [&](double age, bool any) {
+    late.passed(0);
+    const int back = late.aim(age, any);
+    while (late.behind() > back) late.caught_up();
+    return back;
+  };
+  for (int k = 0; k < 20; ++k) tick(1.0, true);
+  EXPECT_EQ(tick(0.0, false), 1);
+  for (int k = 0; k < 12; ++k) tick(0.0, false);  // a gap, ended by a value from just after its beginning
+  tick(1.0, true);
+  for (int k = 0; k < 9; ++k) tick(12.0, true);
+  EXPECT_GE(tick(0.0, false), 2);
+  for (int k = 0; k < 2 * Late::usual_values; ++k) tick(1.0, true);
+  EXPECT_EQ(tick(0.0, false), 1);
+  for (int k = 0; k < 30; ++k) EXPECT_EQ(tick(0.0, false), 1);
+}
+
+/// A filter whose first values are old stands where they belong: it says what one says that had them in time.
+TEST(AgeOfMeasurements, TheActuatorsFilterStartsWhereItsValuesBelong) {
+  const EstimatorTuning tuning = moderate_tuning();
+  for (const int age : {1, 2, 5}) {
+    DrawnWorld world(tuning, 11);
+    ActuatorKalman prompt(PneumaticActuator(), tuning), late(PneumaticActuator(), tuning);
+    struct Tick {
+      Measurement sensors;
+      ActuatorKalman prompt;
+      SwitchedOf<PneumaticActuator> opening{};
+      double motor_n = 0.0;
+    };
+    std::vector<Tick> ticks;
+    Measurement none;
+    none.value.fill(std::numeric_limits<double>::quiet_NaN());
+    for (int k = 0; k < 200; ++k) {
+      const Measurement now = world.sensors();
+      prompt.update(now);
+      ticks.push_back({now, prompt});
+      if (k < age) {
+        late.update(none);
+      } else {
+        const auto then = ticks.end() - 1 - age;
+        Measurement old = then->sensors;
+        old.age_s = age * tuning.tick_s;
+        late.update(old);
+        ActuatorKalman predicted = then->prompt;
+        for (auto tick = then; tick != ticks.end() - 1; ++tick) {
+          predicted.applied(tick->opening, tick->motor_n);
+          predicted.update(none);
+        }
+        const Belief::State &says = late.belief().mean, &expected = predicted.belief().mean;
+        ASSERT_LT((says - expected).norm(), 1e-12 * expected.norm()) << age << " at " << k;
+        ASSERT_NEAR(says[velocity], expected[velocity], 1e-12) << age << " at " << k;
+      }
+      world.advance(now);
+      ticks.back().opening = world.opening(), ticks.back().motor_n = world.motor_n();
+      for (ActuatorKalman* filter : {&prompt, &late}) filter->applied(world.opening(), world.motor_n());
+    }
+    EXPECT_EQ(late.starts(), 1);
+  }
 }
 
 /// The actuator's filter on worlds drawn from its own beliefs, whose values come up to 3 ms late.

@@ -101,7 +101,7 @@ LadderSettings actuator_ladder(const ActuatorParameters& p) {
   constexpr double margin_pa = 50e3;
   SensorBounds position{-0.0095, 0.1095, -0.01, 0.11, 3e-5, 2.5e-3, 3e-5};
   position.stuck_ticks = 100;    // of the noise that the rig has: 22 would do (stuck_ticks_of)
-  position.stuck_change = 3e-4;  // 20 steps of its converter
+  position.stuck_change = 3e-4;  // 20 steps of its converter; 2 of a rig's that has coarser ones (rig_file.cpp)
   SensorBounds pressure{60e3, 310e3, 101325.0 - 210e3, 101325.0 + 210e3, 1e3, 30e3, 150.0};
   pressure.stuck_change = 25e3;
   pressure.supply_low = p.atmospheric_pressure_pa - margin_pa;

@@ -16,7 +16,9 @@ namespace solenoid {
 ///
 ///     m_most dv/dt = F - min F - 4 F_sf  or  F - max F + 4 F_sf,  0 between them, where v returns to 0
 ///
-/// Within a millimetre of an end stop it says nothing: a stop holds any force.
+/// Within a millimetre of an end stop it says nothing: a stop holds any force. It is the stop that the sensor shows, so
+/// one stuck there is left to the innovations; and no run stays there: the ladder's limits on the position, beyond
+/// which it is SAFE, lie 1.5 mm and 12 mm inside the stops (actuator_ladder).
 /// promise   no allocation, lock or exception
 class RestingSlide {
  public:

@@ -76,7 +76,7 @@ void add_measurement(const Fields& fields, const SystemDescription& s) {
   for (std::size_t i = 0; i < s.channels.size(); ++i)
     fields.add(s.channels[i].key, s.channels[i].meaning, AT(sensors.value[i]), true);
   fields.add("stale_ticks", "age of the measurement", AT(sensors.stale_ticks), true);
-  fields.add("age_s", "how long before time_s it was measured", AT(sensors.age_s), true);
+  fields.add("age_s", "how long before the tick's read began it was measured", AT(sensors.age_s), true);
   fields.add("node_was_safe", "1: the I/O had gone to its safe state", AT(sensors.node_was_safe), true);
   fields.add("ideal", "1: controllers read the true state", AT(sensors.ideal), true);
   for (std::size_t i = 0; i < s.states.size(); ++i)

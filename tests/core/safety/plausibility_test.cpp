@@ -248,21 +248,72 @@ TEST(StuckTicks, SayNothingWhereRestMayLastForEver) {
   EXPECT_EQ(stuck_ticks_of({0.0, 0.0}), 0);
   EXPECT_EQ(stuck_ticks_of({0.1, 1.0}), 0);  // a step ten times as wide as the noise
   EXPECT_EQ(stuck_ticks_of({0.1, 0.0}), 2);
+  for (const double ratio : {16.0, 16.6, 17.0, 50.0, 76.0, 77.0, 100.0, 1e6, 1e300})
+    EXPECT_EQ(stuck_ticks_of({1.0, ratio}), 0) << ratio;
+  EXPECT_EQ(stuck_ticks_of({1e-300, 1e300}), 0);
+  for (double ratio = 1e-9; ratio < 1e6; ratio *= 1.1) {  // the wider the step, the longer: until never
+    const int now = stuck_ticks_of({1.0, ratio}), wider = stuck_ticks_of({1.0, 1.1 * ratio});
+    EXPECT_GE(wider == 0 ? most_stuck_ticks + 1 : wider, now == 0 ? most_stuck_ticks + 1 : now) << ratio;
+  }
   Plausibility plausibility = watching_by(0);
   for (int k = 0; k < 1'000'000; ++k) ASSERT_TRUE(plausibility.check({.value = {0.05}}, {}, {}).sound()) << k;
 }
 
-TEST(AgeInPlausibility, AnOlderOrYoungerSampleMayHaveMovedForLonger) {
-  for (const double from : {0.0, 2e-3}) {
-    Plausibility plausibility = watching_by(0, 1e-3);
-    ASSERT_TRUE(plausibility.check({.value = {0.5}, .age_s = from}, {}, {}).sound());
-    // 1 mm a tick: the next tick's value is 2 ms younger or older than a tick later would be.
-    EXPECT_TRUE(plausibility.check({.value = {0.5029}, .age_s = 2e-3 - from}, {}, {}).sound()) << from;
-    EXPECT_FALSE(plausibility.check({.value = {0.5061}, .age_s = from}, {}, {}).seen.empty()) << from;
-  }
+/// Whether a Plausibility would take this value next.
+bool takes(Plausibility plausibility, double value, double age_s) {
+  return plausibility.check({.value = {value}, .age_s = age_s}, {}, {}).sound();
+}
+
+TEST(AgeInPlausibility, AYoungerSampleMayHaveMovedForLongerAndAnOlderOneForLess) {
+  // 1 mm a tick.
+  Plausibility younger = watching_by(0, 1e-3);
+  ASSERT_TRUE(younger.check({.value = {0.5}, .age_s = 2e-3}, {}, {}).sound());
+  EXPECT_TRUE(takes(younger, 0.5029, 0.0));  // 3 ms lie between the two
+  EXPECT_FALSE(takes(younger, 0.5031, 0.0));
+  Plausibility older = watching_by(0, 1e-3);
+  ASSERT_TRUE(older.check({.value = {0.5}}, {}, {}).sound());
+  EXPECT_TRUE(takes(older, 0.5006, 0.3e-3));  // 0.7 ms
+  EXPECT_FALSE(takes(older, 0.5008, 0.3e-3));
+  EXPECT_TRUE(takes(older, 0.5004, 0.9e-3));  // 0.1 ms, of which ages are not so sure
+  EXPECT_FALSE(takes(older, 0.5006, 0.9e-3));
   Plausibility same = watching_by(0, 1e-3);
   ASSERT_TRUE(same.check({.value = {0.5}, .age_s = 2e-3}, {}, {}).sound());
   EXPECT_TRUE(same.check({.value = {0.5011}, .age_s = 2e-3}, {}, {}).seen.has(0, SensorFault::slew));
+}
+
+/// Values that come as an I/O with a clock of its own gives them, in the order in which they were measured.
+TEST(AgeInPlausibility, AllowsTheMotionOfTheTimeBetweenTheTwoMeasurements) {
+  constexpr double tick_s = 1e-3, most_m_s = 1.0, tolerance = 1e-6;
+  const double least_s = PlausibilitySettings().jitter_ticks * tick_s;
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> draw(0.0, 1.0);
+    Plausibility plausibility = watching_by(0, most_m_s * tick_s);
+    double age = 0.0, value = 0.5;
+    ASSERT_TRUE(plausibility.check({.value = {value}}, {}, {}).sound());
+    for (int k = 0; k < 10'000; ++k) {
+      const double next_age = draw(random) * std::min(5e-3, age + tick_s);
+      const double between = std::max(least_s, tick_s + age - next_age);
+      const double sign = value < 0.5 ? 1.0 : -1.0;
+      ASSERT_FALSE(takes(plausibility, value + sign * most_m_s * between * (1 + tolerance), next_age)) << k;
+      value += sign * most_m_s * between * (1 - tolerance);
+      age = next_age;
+      ASSERT_TRUE(plausibility.check({.value = {value}, .age_s = age}, {}, {}).sound()) << seed << " at " << k;
+    }
+  }
+}
+
+/// Ticks without a value make a jump little more plausible, and none where the value is as old as the wait.
+TEST(AgeInPlausibility, WaitingCountsByTheTimeBetweenTheTwoMeasurementsToo) {
+  for (int missed = 1; missed <= 3; ++missed)
+    for (int older = 0; older <= missed; ++older) {
+      Plausibility plausibility = watching_by(0, 1e-3);
+      ASSERT_TRUE(plausibility.check({.value = {0.5}}, {}, {}).sound());
+      for (int k = 1; k <= missed; ++k) plausibility.check({.value = {0.5}, .stale_ticks = k}, {}, {});
+      const double allowed = 1e-3 * (1.0 + 0.2 * (missed - older));
+      EXPECT_TRUE(takes(plausibility, 0.5 + 0.999 * allowed, 1e-3 * older)) << missed << " " << older;
+      EXPECT_FALSE(takes(plausibility, 0.5 + 1.001 * allowed, 1e-3 * older)) << missed << " " << older;
+    }
 }
 
 TEST(FaultSet, NamesWhatItHolds) {

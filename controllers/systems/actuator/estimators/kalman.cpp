@@ -14,18 +14,22 @@ ActuatorState ActuatorKalman::update(const Measurement& sensors) noexcept {
   const bool sound = belief_.mean.allFinite() && belief_.covariance.allFinite();
   const bool all = std::isfinite(sensors.value[position_channel] + sensors.value[pressure_a_channel] +
                                  sensors.value[pressure_b_channel]);
+  const double age_ticks = sensors.age_s / model_.tuning().tick_s;
   if (starts_ > 0 && sound && lost_ticks_ < patience_ticks) {
     const bool any =
         std::any_of(sensors.value.begin(), sensors.value.begin() + 3, [](double v) { return std::isfinite(v); });
     late_.passed(inputs_);
-    for (const int back = late_.aim(sensors.age_s / model_.tuning().tick_s, any); late_.behind() > back;) predict();
+    for (const int back = late_.aim(age_ticks, any); late_.behind() > back;) predict();
     innovation_ = correct(sensors);
-  } else if (all) {
+  } else if (const int back = late_.whole_ticks(age_ticks); all && back < late_.most_ticks) {
+    late_.remember(inputs_);
     model_.start(sensors, starts_ == 0, belief_);
     ++starts_;
     lost_ticks_ = 0;
     change_ = {};
-    late_.start();
+    late_.start(back);
+  } else {
+    late_.remember(inputs_);
   }
   now_ = belief_;
   for (int ticks = late_.behind(); ticks > 0; --ticks) {

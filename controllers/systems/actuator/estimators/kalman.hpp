@@ -18,7 +18,7 @@ class ActuatorKalman {
   ActuatorKalman(const PneumaticActuator& model, const EstimatorTuning& tuning);
 
   /// Takes the sensors of this tick; returns the estimate at this tick. Non-finite sensors are left out; a non-finite
-  /// belief, or one that positions contradict for long, starts anew.
+  /// belief, or one that positions contradict for long, starts anew, at the tick that its sensors are of.
   ActuatorState update(const Measurement& sensors) noexcept;
   /// Inputs in effect from this tick to the next.
   void applied(const SwitchedOf<PneumaticActuator>& opening, double motor_n) noexcept;

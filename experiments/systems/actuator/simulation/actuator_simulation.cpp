@@ -175,7 +175,8 @@ class ActuatorSimulation final : public SimulatedSystem {
                                                     {"coil", "slow", SwitchFaultKind::slow, "S"}};
     return all;
   }
-  /// Swapped valves exchange the chambers, swapped coils what is done to one; an inverted motor pulls the other way; a lost supply leaves the supply valves without effect.
+  /// Swapped valves exchange the chambers, swapped coils what is done to one; an inverted motor pulls the other way; a
+  /// lost supply leaves the supply valves without effect.
   Command spoiled(const VariantConfig& v, const ActuationFault& fault, const Command& wanted,
                   const Command& last) const override {
     if (fault.target == "motor") {
