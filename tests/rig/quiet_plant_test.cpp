@@ -126,15 +126,14 @@ TEST_P(QuietPlant, ASensorThatSticksInMotionIsFoundWithin150Milliseconds) {
 }
 
 /// What tells a stuck sensor is how far the slide must have moved, so slowly it takes longer, but goes no further.
-TEST_P(QuietPlant, ASensorThatSticksInSlowMotionIsFoundBeforeTheReferenceHasMovedTwoMillimetres) {
-  for (const double at : {6.0, 12.0, 16.0}) {  // 20 mm in 20 s: 1 to 2 mm/s
+TEST_P(QuietPlant, ASensorThatSticksInSlowMotionIsFoundBeforeTheReferenceHasMovedAMillimetre) {
+  for (const double at : {2.5, 6.0, 13.3, 15.1, 20.5}) {  // 20 mm in 20 s: at most 2 mm/s
     const QuietRun stuck =
         run({"position:stuck@" + std::to_string(at), at + 4.0, ", from_m = 0.04, to_m = 0.06, move_s = 20"});
     EXPECT_EQ(stuck.safe_entries, 1) << at;
     EXPECT_GE(stuck.safe_s, at);
-    EXPECT_LT(stuck.moved_m, 2e-3) << at;
+    EXPECT_LT(stuck.moved_m, 1e-3) << at;
     EXPECT_TRUE(stuck.causes.any(position_channel)) << to_string(stuck.causes, actuator_description());
-    std::printf("stuck at %.0f s: SAFE after %.0f ms, %.2f mm\n", at, 1e3 * (stuck.safe_s - at), 1e3 * stuck.moved_m);
   }
 }
 
