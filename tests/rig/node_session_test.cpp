@@ -204,6 +204,7 @@ TEST_F(NodeTest, AStrangerGetsNoWordOfTheRunningSession) {
 TEST_F(NodeTest, RequestsThatWereKeptDoNotHoldTheNode) {
   open(0.0);
   std::vector<NodePacket> kept;
+  kept.reserve(10);
   for (int k = 0; k < 10; ++k) kept.push_back(request());
   double t = 0.0;
   for (const NodePacket& p : kept) take(p, t += 0.9);
