@@ -18,7 +18,7 @@ BOXES = {
     "dac": (448, 306, 132, 52, "±5 V output", ["isolated DAC"], INK),
     "amplifier": (636, 306, 138, 52, "Motor amplifier", ["0.2 A/V, 1 A"], INK),
     "motor": (828, 306, 108, 52, "Motor", [], POWER),
-    "adc": (448, 400, 132, 62, "ADC front end", ["filter, divider", "±5 V to 0..3.3 V"], INK),
+    "adc": (448, 400, 132, 62, "ADC front end", ["filter, divider", "0..5 V to 0..3.3 V"], INK),
     "position": (636, 384, 138, 44, "Position", ["potentiometer"], INK),
     "pressures": (636, 440, 138, 44, "Pressures A, B", ["50 Hz Bessel"], INK),
     "monostable": (448, 130, 132, 62, "Monostable", ["retriggered, 30 ms", "fed by edges"], SAFETY),

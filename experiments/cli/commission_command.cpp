@@ -20,6 +20,7 @@
 #include "experiments/systems/actuator/commission/steps.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -29,6 +30,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <poll.h>
+#include <termios.h>
 #include <unistd.h>
 
 namespace solenoid {
@@ -56,16 +58,22 @@ void require_step(const std::string& option, const std::string& name) {
   throw ConfigError(fmt::format("{}: '{}' is no step (allowed: {})", option, name, step_names()));
 }
 
-/// A line of standard input, if one has been typed.
+/// A line of the terminal, if one has been typed; a terminal gives one line a read.
 std::optional<std::string> typed_line() {
   pollfd in{STDIN_FILENO, POLLIN, 0};
   if (::poll(&in, 1, 0) != 1 || (in.revents & (POLLIN | POLLHUP)) == 0) return std::nullopt;
-  char line[64];
-  const ssize_t size = ::read(STDIN_FILENO, line, sizeof line);
-  std::string text =
-      size > 0 ? std::string(line, static_cast<std::size_t>(size)) : "s";  // the end of it: nobody is there
+  std::array<char, 64> line;
+  const ssize_t size = ::read(STDIN_FILENO, line.data(), line.size());
+  if (size <= 0) return "q";  // the end of it: nobody is there
+  std::string text(line.data(), static_cast<std::size_t>(size));
   while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
   return text;
+}
+
+/// What was typed before a question is no answer to it.
+void ask(const std::string& what) {
+  ::tcflush(STDIN_FILENO, TCIFLUSH);
+  fmt::print(stderr, "        {}\n", what);
 }
 
 /// The scenario whose plane the rig stands in: its plant, where that is simulated, and its first motion.
@@ -113,11 +121,11 @@ CommissionRecord begun_record(const CommissionArguments& options, const std::str
                     "another --out begins anew)",
                     path));
   CommissionRecord before = CommissionRecord::parse(read_whole_file(path).value_or(""), path);
-  if (before.variant != record.variant || before.plane != record.plane)
-    throw ConfigError(fmt::format("{}: is of variant '{}' in the {} plane (allowed: the same, or another --out)", path,
-                                  before.variant, before.plane));
+  if (before.variant != record.variant || before.plane != record.plane || before.plant != record.plant)
+    throw ConfigError(
+        fmt::format("{}: is of variant '{}' in the {} plane on plant {} (allowed: the same, or another --out)", path,
+                    before.variant, before.plane, before.plant));
   if (!options.from.empty()) before.forget_from(options.from);
-  before.plant = record.plant;
   return before;
 }
 
@@ -187,6 +195,10 @@ int commission(const CommissionArguments& chosen) {
                     "variant of the actuator; `solenoid check --plant {} --variant {}` looks at this one's "
                     "link and sensors)",
                     options.variant, system.name(), options.plant.kind, options.variant));
+  if (!simulated && !options.yes && isatty(STDIN_FILENO) == 0)
+    throw ConfigError(
+        "--plant " + options.plant.kind +
+        ": there is no terminal to ask at before something moves (allowed: a terminal, or --yes, which asks nothing)");
   const Campaign task = task_of(options);
   const VariantConfig variant = told(task.variants.front(), task.scenarios.front());
   options.plant.rig = options.rig_file.empty() ? usual_rig(variant) : read_rig_file(options.rig_file, variant);
@@ -209,7 +221,7 @@ int commission(const CommissionArguments& chosen) {
   settings.identify_command =
       fmt::format("./solenoid identify --plant {} --valves {}", options.plant.kind, variant.modes);
   settings.beside.present = !options.yes && !simulated && isatty(STDIN_FILENO) != 0;
-  settings.beside.ask = [](const std::string& what) { fmt::print(stderr, "        {}", what), std::fflush(stderr); };
+  settings.beside.ask = ask;
   settings.beside.answer = typed_line;
 
   const InterruptGuard guard;

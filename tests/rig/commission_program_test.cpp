@@ -91,12 +91,17 @@ TEST(CommissionProgram, RehearsesOnTheTwinAndRefusesWhatItCannotDo) {
   refused({"--out", out, "--step", "coils", "--variant", "thesis_pd"}, "is of variant 'nine_state'");
   refused({"--variant", "flyer_single"}, "solenoid check --plant sim --variant flyer_single");
   refused({"--variant", "servo_robust", "--out", folder.file("servo")}, "(allowed: two_way, three_way)");
+  refused({"--out", out, "--step", "coils", "--plant", "emulator", "--yes"}, "on plant sim (allowed: the same");
+  refused({"--plant", "emulator"}, "there is no terminal to ask at");
   refused({"--plant", "emulator", "--fault", "valves:swapped@0"}, "only with --plant sim");
   refused({"--fault", "valves:turned@0"}, "is not known");
   const ProgramRun again = run_program({"commission", "--out", out, "--from", "delays"});
   EXPECT_EQ(again.exit_code, 0) << again.err;
   EXPECT_THAT(again.err, testing::Not(HasSubstr("coils:")));
   EXPECT_EQ(nlohmann::json::parse(text_of(out + "/commission.json")).at("steps").size(), 11u);
+  const ProgramRun nothing = run_program({"commission", "--out", folder.file("later"), "--from", "leak"});
+  EXPECT_EQ(nothing.exit_code, 1) << nothing.out;  // no step before it has passed
+  EXPECT_THAT(nothing.out, HasSubstr("not done: leak, supply"));
   folder.write("out/commission.json", "{}");
   refused({"--out", out, "--from", "delays"}, "what commission has written");
 }

@@ -9,11 +9,14 @@
 #include "experiments/campaign/simulated_system.hpp"
 #include "experiments/rig/faulty_plant.hpp"
 #include "experiments/systems/actuator/commission/commission_record.hpp"
+#include "experiments/systems/actuator/commission/steps.hpp"
 #include "experiments/systems/actuator/simulation/actuator_scenario.hpp"
 
 #include <algorithm>
 #include <limits>
+#include <new>
 #include <random>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -316,6 +319,59 @@ TEST(CommissionRecord, RefusesWhatItHasNotWritten) {
         R"({"variant": "v", "plant": "sim", "plane": "horizontal", "steps": [{"name": "link", "verdict": "fine"}]})",
         R"({"variant": "v", "plant": "sim", "plane": "horizontal", "steps": 3})"})
     EXPECT_THROW(CommissionRecord::parse(bad, "record"), ConfigError) << bad;
+}
+
+/// The first motion is made on a rig of which nothing is wrong, and nothing moves where the position cannot be read.
+TEST(Commission, WhatWentWrongKeepsWhatWouldMove) {
+  const auto motions = [](std::vector<std::string> faults) {
+    SimulatedRig rig({.faults = std::move(faults)});
+    int made = 0;
+    rig.settings.motion = [&](Plant&) { return ++made, MotionOutcome{true, 0.5, 1.0, ""}; };
+    rig.commission();
+    return std::pair(made, rig.outcomes);
+  };
+  EXPECT_EQ(motions({}).first, 1);
+  const auto [made, after_supply] = motions({"supply:factor=0.6@0"});
+  EXPECT_EQ(made, 0);
+  EXPECT_EQ(after_supply.back().note, "step supply has not passed");
+  const auto [none, unread] = motions({"position:garbage@0"});
+  EXPECT_EQ(none, 0);
+  for (const StepOutcome& o : unread) {
+    if (o.name == "motor" || o.name == "coils" || o.name == "end_stops") {
+      EXPECT_EQ(o.note, "step sensors has not passed") << o.name;
+    }
+  }
+}
+
+TEST(Commission, LeavesSafeOutputsWhateverAStepThrows) {
+  SimulatedRig rig({});
+  rig.commission();
+  rig.outcomes.pop_back();
+  rig.settings.motion = [&](Plant& plant) -> MotionOutcome {
+    plant.write(actuator_command(0b1001, 3.0));
+    throw std::bad_alloc();
+  };
+  CommissionState state = new_commission(*rig.bench, rig.settings);
+  EXPECT_THROW(carry_out("motion", state, rig.outcomes), std::bad_alloc);
+  EXPECT_EQ(rig.plant->outputs(), Command{});
+}
+
+TEST(Commission, OnlyAnEmptyLineMeansGo) {
+  SimulatedRig rig({});
+  std::vector<std::string> answers = {"no", "quit", "", "s", "x", "q"};
+  int asked = 0;
+  rig.settings.beside = {true, [&](const std::string&) { ++asked; },
+                         [&]() -> std::optional<std::string> {
+                           const std::string next = answers.front();
+                           answers.erase(answers.begin());
+                           return next;
+                         }};
+  CommissionState state = new_commission(*rig.bench, rig.settings);
+  EXPECT_TRUE(asked_and_done(state, "go on"));
+  EXPECT_EQ(asked, 3);
+  EXPECT_FALSE(asked_and_done(state, "go on"));
+  EXPECT_THROW(asked_and_done(state, "go on"), BenchInterrupted);
+  EXPECT_EQ(asked, 6);
 }
 
 }  // namespace

@@ -97,6 +97,7 @@ CommissionState new_commission(Bench& bench, const CommissionSettings& settings)
 }
 
 void recall(CommissionState& state, const std::vector<StepOutcome>& earlier) {
+  state.wiring_is_known = false;
   const auto answer = [&](const char* step, const char* name) -> Answer {
     for (const StepOutcome& o : earlier)
       if (o.name == step)
@@ -110,6 +111,30 @@ void recall(CommissionState& state, const std::vector<StepOutcome>& earlier) {
     if (o.name == "coils") state.wiring_is_known = o.verdict == StepVerdict::passed;
 }
 
+bool went_wrong(const StepOutcome& step) {
+  return step.verdict == StepVerdict::failed || step.verdict == StepVerdict::stopped;
+}
+
+/// Whether nothing may move after it: a link that is none, or a position that cannot be read. (Pressures that are not as
+/// they should be at rest tell the coils' step what is wired how.)
+bool blinds(const StepOutcome& step) {
+  if (step.name == "link" || step.verdict == StepVerdict::stopped) return went_wrong(step);
+  return step.name == "sensors" && std::ranges::any_of(step.measured, [](const Measured& m) {
+           return m.name.starts_with("position") && !m.good();
+         });
+}
+
+/// The step, before this one, that keeps it from moving anything; the first motion is kept by whatever has gone wrong.
+std::string held_back_by(const std::string& name, const std::vector<StepOutcome>& earlier) {
+  if (name == "link" || name == "sensors" || name == "position" || name == "identify") return "";
+  for (const StepInfo& step : commission_steps()) {
+    if (step.name == name) return "";
+    const auto at = std::ranges::find(earlier, step.name, &StepOutcome::name);
+    if (at != earlier.end() && (name == "motion" ? went_wrong(*at) : blinds(*at))) return step.name;
+  }
+  return "";
+}
+
 StepOutcome carry_out(const std::string& name, CommissionState& state, const std::vector<StepOutcome>& earlier) {
   const auto step = std::ranges::find(steps(), name, [](const Step& s) { return std::string(s.info.name); });
   if (step == steps().end()) throw std::invalid_argument("no step is called '" + name + "'");
@@ -117,6 +142,11 @@ StepOutcome carry_out(const std::string& name, CommissionState& state, const std
   StepOutcome out;
   out.name = name;
   out.at = state.settings.now();
+  if (const std::string before = held_back_by(name, earlier); !before.empty()) {
+    out.verdict = StepVerdict::skipped;
+    out.note = "step " + before + " has not passed";
+    return out;
+  }
   const double began_s = state.bench.now_s();
   const auto end = [&] {
     state.bench.safe();
@@ -131,6 +161,9 @@ StepOutcome carry_out(const std::string& name, CommissionState& state, const std
   } catch (const BenchStopped& stopped) {
     out.verdict = StepVerdict::stopped;
     out.note = stopped.what();
+  } catch (...) {
+    end();
+    throw;
   }
   end();
   return out;

@@ -102,9 +102,10 @@ std::vector<std::string> CommissionRecord::findings() const {
 }
 
 bool CommissionRecord::all_good() const {
-  return std::ranges::none_of(steps, [](const StepOutcome& o) {
-    return o.verdict == StepVerdict::failed || o.verdict == StepVerdict::stopped;
-  });
+  return std::ranges::any_of(steps, [](const StepOutcome& o) { return o.verdict == StepVerdict::passed; }) &&
+         std::ranges::none_of(steps, [](const StepOutcome& o) {
+           return o.verdict == StepVerdict::failed || o.verdict == StepVerdict::stopped;
+         });
 }
 
 std::string CommissionRecord::json() const {
@@ -139,7 +140,11 @@ Result result_of(const CommissionRecord& record) {
                           {"findings", record.findings()}},
                 .tables = {steps}};
   for (const std::string& what : record.findings()) result.notes.push_back("FOUND " + what);
+  std::string left_out;
+  for (const StepOutcome& o : record.steps)
+    if (o.verdict == StepVerdict::skipped) left_out += (left_out.empty() ? "" : ", ") + o.name;
   if (record.all_good()) result.notes.emplace_back("nothing found");
+  if (!left_out.empty()) result.notes.push_back("not done: " + left_out);
   return result;
 }
 

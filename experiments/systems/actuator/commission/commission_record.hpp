@@ -20,7 +20,7 @@ struct CommissionRecord {
   void forget_from(const std::string& step);
   /// Everything that is wrong, in words.
   std::vector<std::string> findings() const;
-  bool all_good() const;  ///< no step failed or was stopped
+  bool all_good() const;  ///< some step passed, and none failed or was stopped
 
   std::string json() const;
   /// Throws ConfigError for what is no such record, and for one of another variant or plane.

@@ -85,13 +85,17 @@ bool asked_and_done(CommissionState& state, const std::string& what) {
   const Operator& beside = state.settings.beside;
   if (!beside.present) return false;
   constexpr double at_most_s = 600.0;
-  beside.ask(what + ", then Enter (s and Enter: leave it out) ");
-  std::optional<std::string> line;
   const BenchGuard free{1.0, std::numeric_limits<double>::infinity()};
-  state.bench.play(
-      at_most_s, free, [](const BenchSample&) { return Command{}; },
-      [&](const BenchSample&) { return (line = beside.answer()).has_value(); });
-  return line && *line != "s";
+  for (;;) {
+    beside.ask(what + ", then Enter (s: leave it out, q: end) ");
+    std::optional<std::string> line;
+    state.bench.play(
+        at_most_s, free, [](const BenchSample&) { return Command{}; },
+        [&](const BenchSample&) { return (line = beside.answer()).has_value(); });
+    if (!line || *line == "s") return false;
+    if (line->empty()) return true;
+    if (*line == "q") throw BenchInterrupted("ended by the operator");
+  }
 }
 
 void link_step(CommissionState& state, StepOutcome& out) {

@@ -37,7 +37,7 @@ double hold_force_n(const CommissionState& state, const BenchSample& sample, dou
 void let_rest(CommissionState& state, SwitchPattern coils, const BenchGuard& guard = {});
 
 /// Asks the operator to do something and waits for Enter, safe outputs meanwhile. False: nobody is there, or the
-/// answer was "s", to leave it out.
+/// answer was "s", to leave it out. "q" is as an interrupt; whatever else is typed is asked again.
 bool asked_and_done(CommissionState& state, const std::string& what);
 
 /// Whether a pressure reads more than the weather makes of the atmosphere's, or less, outputs safe.
