@@ -7,7 +7,7 @@
 namespace solenoid::port {
 
 /// To the letter what `solenoid list wires` prints for the rig's valves.
-inline constexpr std::string_view wire = "(solenoid list wires --modes two_way)";
+inline constexpr std::string_view wire = "(solenoid list wires --system actuator)";
 
 /// None: whoever is on the network can drive the rig. 16 bytes, those of the file that `run --key` is given, and kept
 /// out of any repository: docs/reference/rig.md, "Keys".

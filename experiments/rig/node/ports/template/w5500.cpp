@@ -114,7 +114,7 @@ std::size_t W5500::receive(std::span<char> room, NodePeer& from) noexcept {
   read(at, receive_buffer, room.first(kept));
   write16(receive_read, socket, static_cast<std::uint16_t>(at + size));
   command(received_it);
-  return kept;
+  return std::max<std::size_t>(kept, 1);  // an empty packet is one that is too short
 }
 
 void W5500::send(std::span<const char> bytes, const NodePeer& to) noexcept {
