@@ -124,7 +124,12 @@ TEST_F(W5500Test, PacketsComeAndGoWhole) {
       NodePeer from;
       const std::size_t size = chip.receive(room, from);
       EXPECT_EQ(from, peer);
-      ASSERT_EQ(std::string(room.data(), size), text) << i;
+      // An empty packet is none that the node takes, and no end of the packets either.
+      if (text.empty()) {
+        EXPECT_EQ(size, 1u) << i;
+      } else {
+        ASSERT_EQ(std::string(room.data(), size), text) << i;
+      }
     }
     NodePeer nobody;
     EXPECT_EQ(chip.receive(room, nobody), 0u);
