@@ -1,4 +1,5 @@
-#include "experiments/rig/node/ports/template/w5500.cpp"
+// Compiled by the build for microcontrollers alone.
+#include "experiments/rig/node/ports/template/w5500.cpp"  // NOLINT(bugprone-suspicious-include)
 
 #include <random>
 #include <string>
