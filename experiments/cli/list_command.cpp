@@ -108,52 +108,55 @@ Json list_parameters(const std::string& only) {
   return list;
 }
 
-/// Of a bank of valves the first few states say how the others are called.
-Json list_modes(const std::string& only) {
-  constexpr int most_listed = 30, first_listed = 5;
-  Json list = Json::array();
+/// Calls f(system, variant, modes) for each set of modes that the chosen systems have, the variant a new one with it.
+template <class F>
+void for_each_mode_set(const std::string& only, const F& f) {
   for (const System* system : chosen_systems(only))
     for (const std::string& name : system->mode_sets()) {
       VariantConfig variant = new_variant(system);
       variant.modes = name;
-      const ModeSet modes = system->modes(variant);
-      std::vector<std::string> switches, states;
-      for (const Switch& each : modes.switches()) switches.push_back(each.name);
-      for (const Mode& mode : modes.modes())
-        if (modes.size() <= most_listed || static_cast<int>(states.size()) < first_listed) states.push_back(mode.name);
-      if (modes.size() > most_listed) states.push_back(fmt::format("{} more", modes.size() - first_listed));
-      list.push_back({{"system", system->name()},
-                      {"name", name},
-                      {"modes", modes.size()},
-                      {"switches", switches},
-                      {"states", states}});
+      f(system, variant, system->modes(variant));
     }
+}
+
+/// Of a bank of valves the first few states say how the others are called.
+Json list_modes(const std::string& only) {
+  constexpr int most_listed = 30, first_listed = 5;
+  Json list = Json::array();
+  for_each_mode_set(only, [&](const System* system, const VariantConfig& variant, const ModeSet& modes) {
+    std::vector<std::string> switches, states;
+    for (const Switch& each : modes.switches()) switches.push_back(each.name);
+    for (const Mode& mode : modes.modes())
+      if (modes.size() <= most_listed || static_cast<int>(states.size()) < first_listed) states.push_back(mode.name);
+    if (modes.size() > most_listed) states.push_back(fmt::format("{} more", modes.size() - first_listed));
+    list.push_back({{"system", system->name()},
+                    {"name", variant.modes},
+                    {"modes", modes.size()},
+                    {"switches", switches},
+                    {"states", states}});
+  });
   return list;
 }
 
 /// What an I/O node for each set of modes is told: text, inputs and outputs, to the letter.
 Json list_wires(const std::string& only) {
   Json list = Json::array();
-  for (const System* system : chosen_systems(only))
-    for (const std::string& name : system->mode_sets()) {
-      VariantConfig variant = new_variant(system);
-      variant.modes = name;
-      const ModeSet modes = system->modes(variant);
-      const SystemDescription& described = system->description_for(variant);
-      std::string wire;
-      try {
-        wire = wire_text(described, modes);
-      } catch (const ConfigError& too_long) {
-        wire = std::string("none: ") + too_long.what();
-      }
-      list.push_back({{"system", system->name()},
-                      {"modes", name},
-                      {"channels", described.channels.size()},
-                      {"outputs", described.continuous.size()},
-                      {"switches", modes.switch_count()},
-                      {"safe_switches", modes.safe_pattern()},
-                      {"wire", wire}});
+  for_each_mode_set(only, [&](const System* system, const VariantConfig& variant, const ModeSet& modes) {
+    const SystemDescription& described = system->description_for(variant);
+    std::string wire;
+    try {
+      wire = wire_text(described, modes);
+    } catch (const ConfigError& too_long) {
+      wire = std::string("none: ") + too_long.what();
     }
+    list.push_back({{"system", system->name()},
+                    {"modes", variant.modes},
+                    {"channels", described.channels.size()},
+                    {"outputs", described.continuous.size()},
+                    {"switches", modes.switch_count()},
+                    {"safe_switches", modes.safe_pattern()},
+                    {"wire", wire}});
+  });
   return list;
 }
 

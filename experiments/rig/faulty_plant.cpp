@@ -65,15 +65,21 @@ void FaultyPlant::check_known(std::size_t index, const ActuationFault& known) {
   if (known.of_plant) of_parts_.push_back({index});
 }
 
-/// Of several faults of one part the script's last that acts counts.
-void FaultyPlant::fail_parts(double time_s) noexcept {
+/// Notes which of them act now; whether any began or ended.
+template <class Of>
+bool FaultyPlant::turned(std::vector<Of>& all, double time_s) const noexcept {
   bool changed = false;
-  for (OfPart& of : of_parts_) {
+  for (Of& of : all) {
     const bool acts = faults_[of.index].active(time_s);
     changed = changed || acts != of.acts;
     of.acts = acts;
   }
-  if (!changed) return;
+  return changed;
+}
+
+/// Of several faults of one part the script's last that acts counts.
+void FaultyPlant::fail_parts(double time_s) noexcept {
+  if (!turned(of_parts_, time_s)) return;
   for (const OfPart& of : of_parts_)
     if (!of.acts) plant_->fail_part(faults_[of.index].target, std::nullopt);
   for (const OfPart& of : of_parts_)
@@ -105,13 +111,7 @@ void FaultyPlant::find_switch(std::size_t index, const ActuationFault& known) {
 
 /// Of several faults of one switch the script's last that acts counts.
 void FaultyPlant::fail_switches(double time_s) noexcept {
-  bool changed = false;
-  for (OfSwitch& of : of_switches_) {
-    const bool acts = faults_[of.index].active(time_s);
-    changed = changed || acts != of.acts;
-    of.acts = acts;
-  }
-  if (!changed) return;
+  if (!turned(of_switches_, time_s)) return;
   for (const OfSwitch& of : of_switches_)
     if (!of.acts) plant_->fail_switch(of.c, {});
   for (const OfSwitch& of : of_switches_)

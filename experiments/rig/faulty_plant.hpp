@@ -50,6 +50,8 @@ class FaultyPlant final : public SimulatedPlant {
   double spoiled(const InjectedFault& fault, Channel& channel, double value, double time_s) noexcept;
   void find_switch(std::size_t index, const ActuationFault& known);
   void check_known(std::size_t index, const ActuationFault& known);
+  template <class Of>
+  bool turned(std::vector<Of>& all, double time_s) const noexcept;
   void fail_switches(double time_s) noexcept;
   void fail_parts(double time_s) noexcept;
   void swap_sensors(ChannelValues& values, double time_s) noexcept;

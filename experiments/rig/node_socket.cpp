@@ -12,7 +12,6 @@
 #include <unistd.h>
 
 namespace solenoid {
-namespace {
 
 sockaddr_in socket_address(const NodePeer& peer) {
   sockaddr_in at{};
@@ -21,8 +20,6 @@ sockaddr_in socket_address(const NodePeer& peer) {
   at.sin_addr.s_addr = htonl(peer.address);
   return at;
 }
-
-}  // namespace
 
 NodeSocket::NodeSocket(int port) : file_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
   const sockaddr_in at = socket_address({INADDR_LOOPBACK, static_cast<std::uint16_t>(port)});

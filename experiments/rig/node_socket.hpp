@@ -5,7 +5,12 @@
 
 #include <array>
 
+#include <netinet/in.h>
+
 namespace solenoid {
+
+/// A peer as the socket functions have it.
+sockaddr_in socket_address(const NodePeer& peer);
 
 /// A node's UDP socket on the loopback interface alone, and the monotonic clock.
 class NodeSocket final : public NodePort {

@@ -4,6 +4,7 @@
 #include "experiments/base/files.hpp"
 #include "experiments/rig/node/bytes.hpp"
 #include "experiments/rig/node/packet.hpp"
+#include "experiments/rig/node_socket.hpp"
 
 #include <algorithm>
 #include <array>
@@ -23,13 +24,7 @@ namespace {
 constexpr std::size_t most_kept = 4096;
 constexpr int priority = 84;  // above a controller's, below the node's
 
-sockaddr_in loopback(int port) {
-  sockaddr_in at{};
-  at.sin_family = AF_INET;
-  at.sin_port = htons(static_cast<std::uint16_t>(port));
-  at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  return at;
-}
+sockaddr_in loopback(int port) { return socket_address({INADDR_LOOPBACK, static_cast<std::uint16_t>(port)}); }
 
 }  // namespace
 
@@ -103,7 +98,7 @@ void PacketTap::keep(const char* bytes, std::size_t size) {
 std::vector<std::string> PacketTap::recorded() const {
   const std::lock_guard lock(mutex_);
   std::vector<std::string> all = newest_;
-  if (all.size() == most_kept) std::ranges::rotate(all, all.begin() + static_cast<std::ptrdiff_t>(next_));
+  if (all.size() == most_kept) std::rotate(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(next_), all.end());
   return all;
 }
 

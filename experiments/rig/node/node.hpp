@@ -93,9 +93,8 @@ class Node {
   /// Who has the node, or had it last.
   const NodePeer& peer() const noexcept { return peer_; }
   const NodeCounters& counters() const noexcept { return counters_; }
-  /// When the newest command that was obeyed came, and when its controller was heard of last [us].
+  /// When the newest command that was obeyed came [us].
   std::uint64_t last_command_us() const noexcept { return last_command_us_; }
-  std::uint64_t heard_us() const noexcept { return heard_us_; }
 
  private:
   bool taken() const noexcept { return session_ != 0 && now_us_ - heard_us_ < node_hold_us; }
